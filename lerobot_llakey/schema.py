@@ -1,0 +1,155 @@
+"""The data contract: every feature name, shape and unit that datasets, policies and environments share.
+
+Nothing else in the package spells a feature name. Conventions: metres and radians in the robot's base frame,
+quaternions xyzw with w >= 0, depth as metric z-depth in float32 millimetres, cameras in OpenCV frames.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+CAMERAS: tuple[str, ...] = ("front", "left_shoulder", "right_shoulder", "wrist")
+"""Order of the cameras wherever something is stacked over cameras."""
+
+STATE = "observation.state"
+ACTION = "action"
+INTRINSICS = "observation.camera_intrinsics"
+EXTRINSICS = "observation.camera_extrinsics"
+INSTRUCTION = "observation.instruction"
+PREVIOUS_INSTRUCTION = "observation.previous_instruction"
+"""The instruction last commanded when the frame was taken: the finished one at a keyframe, else the current one."""
+ORACLE_INSTRUCTION = "observation.oracle_instruction"
+"""The expert's instruction from the present state, as the code points of :func:`encode_text`."""
+IS_KEYFRAME = "keyframe.is_keyframe"
+KEYFRAME_INDEX = "keyframe.index"
+NEXT_KEYFRAME = "keyframe.next_frame"
+EPISODE_SEED = "episode.seed"
+EPISODE_VARIATION = "episode.variation"
+EPISODE_SEQUENCE = "episode.sequence"
+TASK = "task"
+
+STATE_NAMES: tuple[str, ...] = (
+    *("x", "y", "z", "qx", "qy", "qz", "qw", "gripper_opening"),
+    *(f"joint_{i}" for i in range(1, 8)),
+)
+ACTION_NAMES: tuple[str, ...] = ("x", "y", "z", "qx", "qy", "qz", "qw", "gripper_open", "ignore_collision")
+STATE_DIM = len(STATE_NAMES)
+ACTION_DIM = len(ACTION_NAMES)
+
+POSITION = slice(0, 3)
+QUATERNION = slice(3, 7)
+GRIPPER = 7
+"""Column of the gripper in both state (opening, 0..1) and action (1 = open)."""
+JOINTS = slice(8, 15)
+IGNORE_COLLISION = 8
+"""Column of the collision flag in the action: 1 = the planner may touch things."""
+
+IMAGE_SIZE = 128
+DEPTH_RANGE_METRES = (0.05, 3.0)
+"""Range kept by the depth videos' quantisation; the simulator's scene lies within it."""
+
+Workspace = tuple[tuple[float, float], tuple[float, float], tuple[float, float]]
+WORKSPACE: Workspace = ((0.0, 1.0), (-0.5, 0.5), (-0.05, 0.95))
+"""Default bounds (metres) of x, y and z in which keyframes and point clouds live."""
+
+TEXT_LENGTH = 160
+"""Length in code points of an encoded text."""
+
+SEED_RANGES: dict[str, range] = {
+    "train": range(0, 100_000_000),
+    "val": range(100_000_000, 200_000_000),
+    "test": range(200_000_000, 300_000_000),
+}
+"""Scene seeds of training, validation and test: disjoint, so that no test scene is ever trained on."""
+
+
+def image_key(camera: str) -> str:
+    """Feature name of a camera's RGB image."""
+    return f"observation.images.{camera}"
+
+
+def depth_key(camera: str) -> str:
+    """Feature name of a camera's depth map."""
+    return f"observation.images.{camera}_depth"
+
+
+def scene_seed(split: str, index: int) -> int:
+    """The scene seed of the ``index``-th episode of a split.
+
+    Raises:
+        ValueError: if the split is unknown or the index falls outside its range.
+    """
+    if split not in SEED_RANGES:
+        raise ValueError(f"Expected a split out of {sorted(SEED_RANGES)}, got {split!r}; pick one of these.")
+    seeds = SEED_RANGES[split]
+    if not 0 <= index < len(seeds):
+        raise ValueError(f"Expected an episode index in [0, {len(seeds)}), got {index}; choose a smaller seed.")
+    return seeds[index]
+
+
+def encode_text(text: str) -> np.ndarray:
+    """Text as float32 code points of shape (TEXT_LENGTH,), zero-padded: the form in which LeRobot passes arrays on.
+
+    Raises:
+        ValueError: if the text is longer than TEXT_LENGTH.
+    """
+    if len(text) > TEXT_LENGTH:
+        raise ValueError(f"Expected at most {TEXT_LENGTH} characters, got {len(text)}: {text!r}; shorten it.")
+    codes = np.zeros(TEXT_LENGTH, dtype=np.float32)
+    codes[: len(text)] = [ord(character) for character in text]
+    return codes
+
+
+def decode_text(codes: Any) -> str:
+    """Inverse of :func:`encode_text` for one array or tensor of shape (TEXT_LENGTH,)."""
+    return "".join(chr(int(code)) for code in np.asarray(codes).reshape(-1) if code > 0)
+
+
+def _image_features(cameras: Sequence[str], height: int, width: int, dtype: str) -> dict[str, dict[str, Any]]:
+    names = ["height", "width", "channels"]
+    features: dict[str, dict[str, Any]] = {}
+    for camera in cameras:
+        features[image_key(camera)] = {"dtype": dtype, "shape": (height, width, 3), "names": names}
+        features[depth_key(camera)] = {
+            "dtype": dtype,
+            "shape": (height, width, 1),
+            "names": names,
+            "info": {"is_depth_map": True},
+        }
+    return features
+
+
+def _common_features(cameras: Sequence[str]) -> dict[str, dict[str, Any]]:
+    count = len(cameras)
+    scalar_int = {"dtype": "int64", "shape": (1,), "names": None}
+    return {
+        INTRINSICS: {"dtype": "float32", "shape": (count, 3, 3), "names": None},
+        EXTRINSICS: {"dtype": "float32", "shape": (count, 4, 4), "names": None},
+        STATE: {"dtype": "float32", "shape": (STATE_DIM,), "names": list(STATE_NAMES)},
+        ACTION: {"dtype": "float32", "shape": (ACTION_DIM,), "names": list(ACTION_NAMES)},
+        INSTRUCTION: {"dtype": "string", "shape": (1,), "names": None},
+        PREVIOUS_INSTRUCTION: {"dtype": "string", "shape": (1,), "names": None},
+        IS_KEYFRAME: {"dtype": "bool", "shape": (1,), "names": None},
+        KEYFRAME_INDEX: dict(scalar_int),
+        NEXT_KEYFRAME: dict(scalar_int),
+        EPISODE_SEED: dict(scalar_int),
+        EPISODE_VARIATION: dict(scalar_int),
+        EPISODE_SEQUENCE: dict(scalar_int),
+    }
+
+
+def demonstration_features(
+    height: int = IMAGE_SIZE, width: int = IMAGE_SIZE, cameras: Sequence[str] = CAMERAS
+) -> dict[str, dict[str, Any]]:
+    """LeRobot features of a demonstrations dataset: dense frames, cameras stored as video."""
+    return _image_features(cameras, height, width, "video") | _common_features(cameras)
+
+
+def keystep_features(
+    height: int = IMAGE_SIZE, width: int = IMAGE_SIZE, cameras: Sequence[str] = CAMERAS
+) -> dict[str, dict[str, Any]]:
+    """LeRobot features of a keysteps dataset: training samples, cameras stored as images for fast random access."""
+    return _image_features(cameras, height, width, "image") | _common_features(cameras)
