@@ -1,0 +1,73 @@
+# make demo: install everything into .venv and watch the shipped policy work.   make help: what else there is.
+SHELL := bash
+.SHELLFLAGS := -euo pipefail -c
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+
+VENV := .venv
+PYTHON_VERSION := $(shell cat .python-version)
+INSTALLED := $(VENV)/.installed
+ifneq ($(shell uname -s),Darwin)
+export MUJOCO_GL ?= egl
+endif
+
+# Prints the first Python of the version in .python-version that runs, or nothing. PYTHON=... comes first.
+define FIND_PYTHON
+found=""; \
+for candidate in "$${PYTHON:-}" "$$(pyenv which python$(PYTHON_VERSION) 2>/dev/null || true)" python$(PYTHON_VERSION) \
+    python3 python "$$(ls -d "$${PYENV_ROOT:-$$HOME/.pyenv}"/versions/$(PYTHON_VERSION)*/bin/python 2>/dev/null | tail -n 1)" \
+    "$$(uv python find $(PYTHON_VERSION) 2>/dev/null || true)"; do \
+  if [ -n "$$candidate" ] && "$$candidate" -c \
+      'import sys; sys.exit("%d.%d" % sys.version_info[:2] != "$(PYTHON_VERSION)")' >/dev/null 2>&1; then \
+    found="$$candidate"; break; \
+  fi; \
+done
+endef
+
+.PHONY: help setup demo test check format clean
+
+help:  ## list the targets
+	@grep -E '^[a-z]+:.*## ' Makefile | sed -E 's/^([a-z]+):.*## (.*)/  make \1\t\2/' | expand -t 16
+
+setup: $(INSTALLED)  ## make .venv with the exact versions of constraints.txt
+
+demo: $(INSTALLED)  ## evaluate the shipped policy on its tasks: a table and videos
+	@$(VENV)/bin/llakey demo
+
+test: $(INSTALLED)  ## run every test
+	@HF_HUB_OFFLINE=1 $(VENV)/bin/python -m pytest
+
+check: $(INSTALLED)  ## ruff check, ruff format --check, mypy
+	@$(VENV)/bin/ruff check .
+	@$(VENV)/bin/ruff format --check .
+	@$(VENV)/bin/mypy
+
+format: $(INSTALLED)  ## apply ruff's fixes and its format
+	@$(VENV)/bin/ruff check --fix .
+	@$(VENV)/bin/ruff format .
+
+clean:  ## remove .venv, builds and caches (outputs/ and data/ stay)
+	@rm -rf $(VENV) build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	@find . -name __pycache__ -type d -prune -exec rm -rf {} +
+
+$(VENV)/bin/python:
+	@$(FIND_PYTHON); \
+	if [ -n "$$found" ]; then \
+	  echo "Making $(VENV) with $$found"; \
+	  if command -v uv >/dev/null; then uv venv --quiet --python "$$found" $(VENV); else "$$found" -m venv $(VENV); fi; \
+	else \
+	  echo "Expected Python $(PYTHON_VERSION) (see .python-version) and found none;" \
+	    "install it (for example: uv python install $(PYTHON_VERSION), or pyenv install $(PYTHON_VERSION))" \
+	    "or name it: make PYTHON=/path/to/python$(PYTHON_VERSION)." >&2; \
+	  exit 1; \
+	fi
+
+# The stamp is written last, so that an installation that was cut short is taken up again.
+$(INSTALLED): pyproject.toml constraints.txt | $(VENV)/bin/python
+	@uv="$$(command -v uv || true)"; \
+	if [ -z "$$uv" ]; then \
+	  uv=$(VENV)/bin/uv; \
+	  [ -x "$$uv" ] || $(VENV)/bin/python -m pip install --quiet --disable-pip-version-check -c constraints.txt uv; \
+	fi; \
+	"$$uv" pip install --python $(VENV)/bin/python --constraint constraints.txt --editable '.[dev]'
+	@touch $@

@@ -1,0 +1,60 @@
+"""The ``llakey`` command: one verb, one module.
+
+``llakey collect --task=open_drawer --num_episodes=10 ...`` runs ``lerobot_llakey.cli.collect.main`` with the remaining
+arguments, which it parses as LeRobot's own scripts do. A verb's module is imported only when it is asked for.
+"""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from collections.abc import Mapping, Sequence
+from difflib import get_close_matches
+
+VERBS: dict[str, tuple[str, str]] = {}
+"""What can be asked for: verb -> (module with a ``main()``, summary in one line)."""
+
+
+def usage(verbs: Mapping[str, tuple[str, str]] = VERBS) -> str:
+    """The help text: every verb with its summary."""
+    width = max((len(verb) for verb in verbs), default=0)
+    lines = [f"  {verb:<{width}}  {summary}" for verb, (_, summary) in verbs.items()]
+    return "\n".join(
+        ["usage: llakey VERB [--option=value ...]", "", *lines, "", "Options of a verb: llakey VERB --help"]
+    )
+
+
+def unknown_verb(verb: str, verbs: Mapping[str, tuple[str, str]] = VERBS) -> str:
+    """The one sentence for a verb that does not exist, with the nearest one that does."""
+    nearest = get_close_matches(verb, verbs, n=1, cutoff=0.5)
+    hint = f"did you mean {nearest[0]!r}?" if nearest else "llakey --help lists what each does."
+    return f"Expected a verb out of {', '.join(verbs)}, got {verb!r}; {hint}"
+
+
+def main(argv: Sequence[str] | None = None) -> None:
+    """Run the verb named by the first argument.
+
+    Args:
+        argv: verb and options, by default those of the process. The verb's ``main()`` finds its own in ``sys.argv``.
+
+    Raises:
+        SystemExit: after ``--help`` (status 0), without a verb or with an unknown one (status 2).
+    """
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    if not arguments:
+        print(usage(), file=sys.stderr)
+        raise SystemExit(2)
+    verb, *options = arguments
+    if verb in ("-h", "--help", "help"):
+        print(usage())
+        raise SystemExit(0)
+    if verb not in VERBS:
+        print(unknown_verb(verb), file=sys.stderr)
+        raise SystemExit(2)
+    module, _ = VERBS[verb]
+    sys.argv = [f"llakey {verb}", *options]
+    importlib.import_module(module).main()
+
+
+if __name__ == "__main__":
+    main()
