@@ -1,0 +1,129 @@
+"""The rooms of the package know one another only as the design allows, and one module alone spells feature names."""
+
+import ast
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+PACKAGE = Path(__file__).parent.parent / "lerobot_llakey"
+
+FOUNDATION = {"geometry", "schema"}
+WORDS = FOUNDATION | {"instructions", "keyframes"}
+POLICIES = {"policies.action", "policies.command", "policies.hierarchy"}
+
+MAY_IMPORT: dict[str, set[str]] = {
+    "schema": set(),
+    "geometry": {"schema"},
+    "instructions": FOUNDATION,
+    "keyframes": FOUNDATION,
+    "sim": WORDS,
+    "policies": WORDS,
+    "policies.action": WORDS | {"policies"},
+    "policies.command": WORDS | {"policies"},
+    "policies.hierarchy": WORDS | POLICIES | {"policies"},
+    "datasets": WORDS | {"sim"},
+    "evaluation": WORDS | POLICIES | {"policies", "sim", "datasets"},
+    "cli": WORDS | POLICIES | {"policies", "sim", "datasets", "evaluation"},
+    # Importing the package registers its environment and its policies.
+    "": POLICIES | {"policies", "sim"},
+}
+"""Each room, and the other rooms that it may import."""
+
+SIMULATOR_LIBRARIES = {"mujoco", "gym_hil", "ompl", "mink", "frankik"}
+
+MODULES = sorted(path.relative_to(PACKAGE) for path in PACKAGE.rglob("*.py"))
+
+
+def room_of(module: str) -> str:
+    """The longest room that a module, named relative to the package ("sim.tasks.base"), belongs to."""
+    parts = module.split(".") if module else []
+    rooms = (".".join(parts[:length]) for length in range(len(parts), 0, -1))
+    return next((room for room in rooms if room in MAY_IMPORT), parts[0] if parts else "")
+
+
+def module_name(path: Path) -> str:
+    """ "sim/tasks/base.py" -> "sim.tasks.base", "sim/__init__.py" -> "sim", "__init__.py" -> ""."""
+    parts = path.with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+def imports_of(source: str, module: str = "", is_package: bool = False) -> Iterator[str]:
+    """Absolute names of everything that a source imports, at any depth (lazy imports inside functions too)."""
+    package = ["lerobot_llakey", *(module.split(".") if module else [])]
+    package = package if is_package else package[:-1]
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            base = package[: len(package) - node.level + 1] if node.level else []
+            base = [*base, node.module] if node.module else base
+            # "from lerobot_llakey import sim" names a room only together with what it imports.
+            yield from (".".join([*base, alias.name]) for alias in node.names)
+
+
+def rooms_imported(source: str, module: str, is_package: bool = False) -> set[str]:
+    """The rooms of the package, other than its own, that a module's source imports."""
+    inside = [name for name in imports_of(source, module, is_package) if name.startswith("lerobot_llakey.")]
+    return {room_of(name.removeprefix("lerobot_llakey.")) for name in inside} - {room_of(module)}
+
+
+def forbidden_imports(source: str, module: str, is_package: bool = False) -> set[str]:
+    """The rooms that a module's source imports although its own room must not know them."""
+    return rooms_imported(source, module, is_package) - MAY_IMPORT[room_of(module)]
+
+
+@pytest.mark.parametrize("path", MODULES, ids=str)
+def test_a_module_imports_only_rooms_below_its_own(path: Path) -> None:
+    module = module_name(path)
+    room = room_of(module)
+    assert room in MAY_IMPORT, f"{path} stands in no room of the design; give it one in MAY_IMPORT."
+    forbidden = forbidden_imports((PACKAGE / path).read_text(), module, path.name == "__init__.py")
+    assert not forbidden, f"{path} imports {sorted(forbidden)}, which {room!r} must not know."
+
+
+@pytest.mark.parametrize("path", [path for path in MODULES if path.parts[0] == "policies"], ids=str)
+def test_policies_run_without_the_simulators_libraries(path: Path) -> None:
+    imported = {name.partition(".")[0] for name in imports_of((PACKAGE / path).read_text())}
+    assert not imported & SIMULATOR_LIBRARIES
+
+
+@pytest.mark.parametrize(
+    ("source", "module", "expected"),
+    [
+        ("from lerobot_llakey.sim.env import LlakeySimEnv", "policies.action.network", {"sim"}),
+        ("from lerobot_llakey import policies", "sim.env", {"policies"}),
+        ("def f():\n    import lerobot_llakey.datasets.collect", "sim.env", {"datasets"}),
+        ("from ..command import prompt", "policies.action.network", {"policies.command"}),
+        ("from .. import cli", "evaluation.report", {"cli"}),
+        ("from . import base", "sim.tasks.open_drawer", set()),
+        ("from lerobot_llakey import schema", "geometry", set()),
+        ("import lerobot_llakey.geometry", "schema", {"geometry"}),
+    ],
+)
+def test_an_import_against_the_arrows_is_found(source: str, module: str, expected: set[str]) -> None:
+    assert forbidden_imports(source, module) == expected
+
+
+FEATURE_NAME = re.compile(r"(observation|keyframe|episode)\.[\w.]*")
+
+
+def spelled_feature_names(source: str) -> list[str]:
+    """String literals (docstrings left out, pieces of f-strings included) that look like a feature name."""
+    tree = ast.parse(source)
+    loose = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
+    literals = [node for node in ast.walk(tree) if isinstance(node, ast.Constant) and id(node) not in loose]
+    return [node.value for node in literals if isinstance(node.value, str) and FEATURE_NAME.fullmatch(node.value)]
+
+
+@pytest.mark.parametrize("path", [path for path in MODULES if path.name != "schema.py"], ids=str)
+def test_only_the_schema_spells_feature_names(path: Path) -> None:
+    names = spelled_feature_names((PACKAGE / path).read_text())
+    assert not names, f"{path} spells {names}; take these from lerobot_llakey.schema."
+
+
+def test_the_search_finds_the_schemas_own_names() -> None:
+    names = spelled_feature_names((PACKAGE / "schema.py").read_text())
+    assert {"observation.instruction", "observation.images.", "keyframe.is_keyframe", "episode.seed"} <= set(names)
+    assert spelled_feature_names('"""observation.state"""') == []
