@@ -97,7 +97,8 @@ class Instruction:
         template = TEMPLATES[self.template]
         if not 0 <= self.variant < len(template.texts):
             raise ValueError(
-                f"Expected a variant below {len(template.texts)} of template {self.template!r}, got {self.variant}; use 0."
+                f"Expected a variant below {len(template.texts)} of template {self.template!r}, got {self.variant}; "
+                "use 0."
             )
         if len(self.arguments) != len(template.slots):
             raise ValueError(

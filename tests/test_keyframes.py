@@ -1,0 +1,164 @@
+"""Keyframes on made-up trajectories: minimum-jerk moves between rests, as a simulator or a careful person makes them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from lerobot_llakey.keyframes import discover_keyframes, segments
+
+FPS = 10.0
+
+
+class Recording:
+    """Builds a trajectory move by move and remembers where each waypoint was reached."""
+
+    def __init__(self, rest: int = 4) -> None:
+        self.arm = [np.zeros(7)] * rest
+        self.gripper = [1.0] * rest
+        self.waypoints: list[int] = []
+
+    def move(
+        self, arm: np.ndarray | None = None, gripper: float | None = None, frames: int = 10, rest: int = 3
+    ) -> None:
+        """Move over ``frames`` frames to a configuration, then stay for ``rest`` more frames; rest -1 is no waypoint."""
+        start, opening = self.arm[-1], self.gripper[-1]
+        for u in np.arange(1, frames + 1) / frames:
+            s = 10 * u**3 - 15 * u**4 + 6 * u**5
+            self.arm.append(start if arm is None else start + s * (arm - start))
+            self.gripper.append(opening if gripper is None else opening + s * (gripper - opening))
+        if rest >= 0:
+            self.waypoints.append(len(self.arm) - 1)
+        self.arm += [self.arm[-1]] * max(rest, 0)
+        self.gripper += [self.gripper[-1]] * max(rest, 0)
+
+    def noisy(self, rng: np.random.Generator, noise: float) -> tuple[np.ndarray, np.ndarray]:
+        arm, gripper = np.array(self.arm), np.array(self.gripper)
+        return arm + rng.normal(0, noise, arm.shape), gripper + rng.normal(0, noise, gripper.shape)
+
+    @property
+    def expected(self) -> list[int]:
+        return [*self.waypoints[:-1], len(self.arm) - 1]
+
+
+def _random_recording(rng: np.random.Generator) -> Recording:
+    recording = Recording(rest=int(rng.integers(1, 6)))
+    for _ in range(rng.integers(1, 7)):
+        rest = int(rng.integers(3, 8))
+        kind = rng.integers(4)
+        target = recording.arm[-1] + rng.choice([-1, 1], 7) * rng.uniform(0.05, 0.8, 7)
+        opening = 0.4 if recording.gripper[-1] == 1.0 else 1.0
+        frames = int(np.ceil(np.abs(target - recording.arm[-1]).max() / rng.uniform(0.05, 0.15))) + 3
+        if kind == 0:
+            recording.move(gripper=opening, frames=int(rng.integers(1, 6)), rest=rest)
+        elif kind == 1:
+            recording.move(target, frames=frames, rest=-1)
+            recording.move(gripper=opening, frames=3, rest=rest)
+        else:
+            recording.move(target, frames=frames, rest=rest)
+    return recording
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_one_keyframe_for_each_waypoint(seed: int) -> None:
+    recording = _random_recording(np.random.default_rng(seed))
+    found = discover_keyframes(recording.arm, recording.gripper, FPS)
+    assert len(found) == len(recording.expected)
+    # A smooth approach is within sub-milliradians of its end a frame early.
+    assert np.abs(np.subtract(found, recording.expected)).max() <= 1
+    assert np.abs(np.array(recording.arm)[found] - np.array(recording.arm)[recording.expected]).max() < 1e-3
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_noise_neither_adds_nor_hides_keyframes(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    recording = _random_recording(rng)
+    found = discover_keyframes(*recording.noisy(rng, 1e-3), FPS)
+    assert len(found) == len(recording.expected)
+    assert np.abs(np.subtract(found, recording.expected)).max() <= 2
+
+
+@pytest.mark.parametrize("duration", [0.3, 1.0, 3.0])
+def test_moves_of_every_duration_at_shortest_rest(duration: float) -> None:
+    recording = Recording()
+    for sign in (1, -1, 1):
+        recording.move(recording.arm[-1] + sign * 0.3, frames=round(duration * FPS), rest=3)
+    assert len(discover_keyframes(recording.arm, recording.gripper, FPS)) == 3
+
+
+def test_gripper_that_closes_as_soon_as_the_arm_stops_is_part_of_the_same_keyframe() -> None:
+    recording = Recording()
+    recording.move(np.full(7, 0.5), rest=-1)
+    recording.move(gripper=0.3, frames=4, rest=5)
+    recording.move(np.zeros(7), rest=3)
+    assert discover_keyframes(recording.arm, recording.gripper, FPS) == recording.expected
+
+
+def test_gripper_that_closes_between_two_frames_is_a_keyframe_of_its_own() -> None:
+    recording = Recording()
+    recording.move(np.full(7, 0.5), rest=4)
+    recording.move(gripper=0.0, frames=1, rest=4)
+    recording.move(np.zeros(7), rest=3)
+    assert discover_keyframes(recording.arm, recording.gripper, FPS) == recording.expected
+
+
+def test_recording_that_ends_while_moving_ends_with_a_keyframe() -> None:
+    recording = Recording()
+    recording.move(np.full(7, 0.5), rest=4)
+    recording.move(np.zeros(7), rest=0)
+    arm, gripper = recording.arm[:-4], recording.gripper[:-4]
+    assert discover_keyframes(arm, gripper, FPS) == [recording.waypoints[0], len(arm) - 1]
+
+
+def test_nothing_moves_gives_only_the_last_frame() -> None:
+    assert discover_keyframes(np.zeros((8, 7)), np.ones(8), FPS) == [7]
+
+
+def test_a_spike_within_a_rest_is_no_motion() -> None:
+    recording = Recording()
+    recording.move(np.full(7, 0.5), rest=9)
+    recording.move(np.zeros(7), rest=3)
+    arm = np.array(recording.arm)
+    arm[recording.waypoints[0] + 4, 2] += 0.05
+    assert discover_keyframes(arm, recording.gripper, FPS) == recording.expected
+
+
+@pytest.mark.parametrize("fps", [10.0, 30.0, 100.0])
+def test_keyframes_do_not_depend_on_the_frame_rate(fps: float) -> None:
+    recording = Recording(rest=round(0.4 * fps))
+    recording.move(np.full(7, 0.5), frames=round(fps), rest=round(0.4 * fps))
+    recording.move(gripper=0.0, frames=round(0.2 * fps), rest=round(0.4 * fps))
+    found = discover_keyframes(recording.arm, recording.gripper, fps)
+    assert np.allclose(np.divide(found, fps), np.divide(recording.expected, fps), atol=0.1)
+
+
+def test_segments_start_at_keyframes_and_name_the_next_one() -> None:
+    result = segments([2, 5], 6)
+    assert result.index.tolist() == [0, 0, 1, 1, 1, 1]
+    assert result.next_frame.tolist() == [2, 2, 5, 5, 5, 5]
+    assert result.is_keyframe.tolist() == [False, False, True, False, False, True]
+
+
+@pytest.mark.parametrize("keyframes", [[], [0, 5], [2, 2, 5], [2, 4], [2, 6]])
+def test_segments_refuse_what_is_no_list_of_keyframes(keyframes: list[int]) -> None:
+    with pytest.raises(ValueError, match="end at the last frame 5"):
+        segments(keyframes, 6)
+
+
+@pytest.mark.parametrize(
+    ("arm", "gripper", "message"),
+    [
+        (np.zeros((5, 7)), np.zeros(4), "T >= 2"),
+        (np.zeros((1, 7)), np.zeros(1), "T >= 2"),
+        (np.zeros(7), np.zeros(7), "T >= 2"),
+        (np.full((5, 7), np.nan), np.zeros(5), "finite"),
+    ],
+)
+def test_bad_trajectories_are_refused(arm: np.ndarray, gripper: np.ndarray, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        discover_keyframes(arm, gripper, FPS)
+
+
+def test_a_setting_must_be_positive() -> None:
+    with pytest.raises(ValueError, match="positive fps"):
+        discover_keyframes(np.zeros((5, 7)), np.zeros(5), 0.0)
