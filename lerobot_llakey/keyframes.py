@@ -87,14 +87,13 @@ def _rests(
     """Frames of each rest, in order; the first may start at frame 0 and the last may hold the last frame."""
     scaled = np.concatenate((arm / arm_tolerance, gripper[:, None] / gripper_tolerance), axis=1)
     rests: list[range] = []
-    previous = None
+    previous = -2
     for start in range(len(scaled) - window):
         if np.ptp(scaled[start : start + window + 1], axis=0).max() > 1.0:
             continue
         # A run of quiet windows is one rest; so are two runs with one stray frame between them.
-        if previous is not None and start == previous + 1:
-            rests[-1] = range(rests[-1].start, start + window + 1)
-        elif rests and start <= rests[-1].stop + 1 and _same(scaled, rests[-1], start, window):
+        joined = start == previous + 1
+        if joined or (rests and start <= rests[-1].stop + 1 and _same(scaled, rests[-1], start, window)):
             rests[-1] = range(rests[-1].start, start + window + 1)
         else:
             rests.append(range(start, start + window + 1))
@@ -114,7 +113,7 @@ def _same(scaled: np.ndarray, rest: range, start: int, window: int) -> bool:
 
 
 def _settled(rests: list[range], arm: np.ndarray, gripper: np.ndarray) -> list[np.ndarray]:
-    """For each rest a bool a frame: whether arm and gripper are where they stay, which the end of a slow move is not."""
+    """For each rest a bool a frame: whether arm and gripper are where they stay, unlike at a slow move's end."""
     settled = [np.ones(len(rest), dtype=bool) for rest in rests]
     for values, near in ((arm, _SETTLED_ARM), (gripper[:, None], _SETTLED_GRIPPER)):
         strays = [np.abs(values[rest] - np.median(values[rest], axis=0)) for rest in rests]

@@ -1,4 +1,4 @@
-"""Keyframes on made-up trajectories: minimum-jerk moves between rests, as a simulator or a careful person makes them."""
+"""Keyframes on made-up trajectories: minimum-jerk moves between rests, as a simulator makes them."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Recording:
     def move(
         self, arm: np.ndarray | None = None, gripper: float | None = None, frames: int = 10, rest: int = 3
     ) -> None:
-        """Move over ``frames`` frames to a configuration, then stay for ``rest`` more frames; rest -1 is no waypoint."""
+        """Move over ``frames`` frames to a configuration, then stay for ``rest`` frames; rest -1 is no waypoint."""
         start, opening = self.arm[-1], self.gripper[-1]
         for u in np.arange(1, frames + 1) / frames:
             s = 10 * u**3 - 15 * u**4 + 6 * u**5
