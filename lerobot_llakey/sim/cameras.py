@@ -1,0 +1,133 @@
+"""The policy's four RGB-D cameras and the human's camera."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from lerobot_llakey.geometry import pinhole_intrinsics
+from lerobot_llakey.schema import CAMERAS
+from lerobot_llakey.sim.mujoco_poses import wxyz
+from lerobot_llakey.sim.robot import HULL_GROUP, VISUAL_GROUP
+
+VIEWER = "viewer"
+"""The camera of videos made for people."""
+_FLIP = np.diag([1.0, -1.0, -1.0])
+"""MuJoCo's cameras look along -z with y up, OpenCV's along z with y down."""
+
+
+@dataclass(frozen=True)
+class _FixedCamera:
+    position: tuple[float, float, float]
+    target: tuple[float, float, float]
+    fovy: float
+
+
+_FIXED = {
+    "front": _FixedCamera((1.45, 0.0, 0.75), (0.42, 0.0, 0.12), 45.0),
+    "left_shoulder": _FixedCamera((0.05, 0.75, 0.85), (0.45, 0.0, 0.08), 50.0),
+    "right_shoulder": _FixedCamera((0.05, -0.75, 0.85), (0.45, 0.0, 0.08), 50.0),
+    VIEWER: _FixedCamera((1.35, 0.75, 0.8), (0.38, 0.0, 0.18), 45.0),
+}
+_WRIST_FOVY = 70.0
+
+
+@dataclass(frozen=True)
+class RGBD:
+    """One camera's picture.
+
+    Attributes:
+        rgb: (H, W, 3) uint8.
+        depth: (H, W) float32 z-depth in millimetres.
+        intrinsics: (3, 3) float32 in pixels.
+        extrinsics: (4, 4) float32 camera-to-base, OpenCV axes.
+    """
+
+    rgb: np.ndarray
+    depth: np.ndarray
+    intrinsics: np.ndarray
+    extrinsics: np.ndarray
+
+
+def add_cameras(spec: mujoco.MjSpec) -> None:
+    """Add the fixed cameras to the world and the wrist camera to the hand."""
+    for name, camera in _FIXED.items():
+        forward = np.subtract(camera.target, camera.position)
+        right = np.cross(forward, (0.0, 0.0, 1.0))
+        up = np.cross(right, forward)
+        axes = np.stack((right / np.linalg.norm(right), up / np.linalg.norm(up)))
+        spec.worldbody.add_camera(name=name, pos=camera.position, quat=_orientation(axes), fovy=camera.fovy)
+    # Behind the hand and looking along its z axis, tilted towards the fingertips.
+    tilt = np.deg2rad(12)
+    axes = np.array(((0.0, -1.0, 0.0), (np.cos(tilt), 0.0, np.sin(tilt))))
+    spec.body("hand").add_camera(name="wrist", pos=(0.075, 0.0, 0.02), quat=_orientation(axes), fovy=_WRIST_FOVY)
+
+
+class CameraRig:
+    """Renders the cameras of one model; its OpenGL context lives in the process and thread that first renders."""
+
+    def __init__(self, model: mujoco.MjModel, size: int) -> None:
+        self.model, self.size = model, size
+        self._renderers: dict[tuple[int, int], mujoco.Renderer] = {}
+        self._policy_view = _view_option(HULL_GROUP, VISUAL_GROUP)
+        self._human_view = _view_option(VISUAL_GROUP, HULL_GROUP)
+
+    def _renderer(self, height: int, width: int) -> mujoco.Renderer:
+        if (height, width) not in self._renderers:
+            renderer = mujoco.Renderer(self.model, height, width)
+            renderer.scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = False
+            renderer.scene.flags[mujoco.mjtRndFlag.mjRND_REFLECTION] = False
+            self._renderers[height, width] = renderer
+        return self._renderers[height, width]
+
+    def render(self, data: mujoco.MjData, camera: str) -> RGBD:
+        """The camera's RGB-D picture of the present state."""
+        renderer = self._renderer(self.size, self.size)
+        renderer.update_scene(data, camera, self._policy_view)
+        rgb = renderer.render().copy()
+        renderer.enable_depth_rendering()
+        depth = renderer.render().astype(np.float32) * 1000.0
+        renderer.disable_depth_rendering()
+        index = self.model.camera(camera).id
+        intrinsics = pinhole_intrinsics(float(self.model.cam_fovy[index]), self.size, self.size)
+        return RGBD(rgb, depth, intrinsics.astype(np.float32), camera_to_base(data, index).astype(np.float32))
+
+    def render_all(self, data: mujoco.MjData) -> dict[str, RGBD]:
+        """Pictures of all the policy's cameras, in the contract's order."""
+        return {camera: self.render(data, camera) for camera in CAMERAS}
+
+    def render_for_people(self, data: mujoco.MjData, height: int = 480, width: int = 640) -> np.ndarray:
+        """(height, width, 3) uint8 picture of the detailed meshes from the viewer camera."""
+        renderer = self._renderer(height, width)
+        renderer.update_scene(data, VIEWER, self._human_view)
+        return renderer.render().copy()
+
+    def close(self) -> None:
+        for renderer in self._renderers.values():
+            renderer.close()
+        self._renderers.clear()
+
+
+def camera_to_base(data: mujoco.MjData, camera: int) -> np.ndarray:
+    """(4, 4) pose of a camera with OpenCV axes in the base frame."""
+    matrix = np.eye(4)
+    matrix[:3, :3] = data.cam_xmat[camera].reshape(3, 3) @ _FLIP
+    matrix[:3, 3] = data.cam_xpos[camera]
+    return matrix
+
+
+def _orientation(axes: np.ndarray) -> np.ndarray:
+    """MuJoCo's quaternion of a camera frame given its x and y axes as rows (2, 3)."""
+    rotation = np.stack((axes[0], axes[1], np.cross(axes[0], axes[1])), axis=1)
+    return wxyz(Rotation.from_matrix(rotation).as_quat())
+
+
+def _view_option(shown: int, hidden: int) -> mujoco.MjvOption:
+    option = mujoco.MjvOption()
+    option.geomgroup[:] = (1, 1, 1, 1, 0, 0)
+    option.geomgroup[shown], option.geomgroup[hidden] = 1, 0
+    option.sitegroup[:] = 0
+    return option

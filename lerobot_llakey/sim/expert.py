@@ -1,0 +1,49 @@
+"""The scripted demonstrator: it re-plans from the present state before every action."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from lerobot_llakey.sim.planning import PlanningError
+from lerobot_llakey.sim.tasks.base import Waypoint
+from lerobot_llakey.sim.world import World
+
+MAX_STEPS = 25
+"""Actions after which an episode ends (paper, section IV-B)."""
+
+
+@dataclass(frozen=True)
+class ExpertStep:
+    """One action that the expert took.
+
+    Attributes:
+        waypoint: what it went for.
+        failure: "" or why the arm did not move: "unreachable" or "collision".
+        success: whether the task was done afterwards.
+    """
+
+    waypoint: Waypoint
+    failure: str
+    success: bool
+
+
+def demonstrate(world: World, max_steps: int = MAX_STEPS) -> Iterator[ExpertStep]:
+    """Act in a freshly reset world until the task is done, yielding after each action.
+
+    It stops early where the expert has nothing left to do or finds no path.
+    """
+    for _ in range(max_steps):
+        waypoints = world.task.plan(world)
+        if not waypoints:
+            return
+        waypoint = waypoints[0]
+        try:
+            world.motion.execute(waypoint.pose, waypoint.gripper_open, waypoint.ignore_collision)
+        except PlanningError as error:
+            yield ExpertStep(waypoint, error.reason, False)
+            return
+        success = world.task.success(world)
+        yield ExpertStep(waypoint, "", success)
+        if success:
+            return
