@@ -62,7 +62,7 @@ def add_cameras(spec: mujoco.MjSpec) -> None:
         spec.worldbody.add_camera(name=name, pos=camera.position, quat=_orientation(axes), fovy=camera.fovy)
     # Behind the hand and looking along its z axis, tilted towards the fingertips.
     tilt = np.deg2rad(12)
-    axes = np.array(((0.0, -1.0, 0.0), (np.cos(tilt), 0.0, np.sin(tilt))))
+    axes = np.array(((0.0, 1.0, 0.0), (np.cos(tilt), 0.0, np.sin(tilt))))
     spec.body("hand").add_camera(name="wrist", pos=(0.075, 0.0, 0.02), quat=_orientation(axes), fovy=_WRIST_FOVY)
 
 

@@ -25,7 +25,7 @@ ARM_CONTYPE, ARM_CONAFFINITY = 2, 1
 """The arm touches the scene (contype 1) but not itself."""
 
 _SERVO = ((4500, 450, 87),) * 2 + ((3500, 350, 87),) * 2 + ((2000, 200, 12),) * 3
-_GRIP_FORCE = 40.0
+_GRIP_FORCE = 70.0
 _HAND_COLOUR = (0.92, 0.92, 0.92, 1.0)
 _FINGER_COLOUR = (0.25, 0.25, 0.27, 1.0)
 

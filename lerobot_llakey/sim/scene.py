@@ -28,8 +28,8 @@ def base_spec() -> mujoco.MjSpec:
     spec.visual.map.znear, spec.visual.map.zfar = 0.02, 8.0
     spec.stat.extent = 1.0
     spec.stat.center = (0.4, 0.0, 0.2)
-    spec.visual.headlight.ambient = (0.35, 0.35, 0.35)
-    spec.visual.headlight.diffuse = (0.35, 0.35, 0.35)
+    spec.visual.headlight.ambient = (0.45, 0.45, 0.45)
+    spec.visual.headlight.diffuse = (0.45, 0.45, 0.45)
     spec.visual.headlight.specular = (0.05, 0.05, 0.05)
     spec.worldbody.add_light(
         name="lamp", pos=(0.5, 0.3, 2.0), dir=(0.0, -0.1, -1.0), diffuse=(0.5, 0.5, 0.5), specular=(0.1, 0.1, 0.1)
@@ -49,4 +49,4 @@ def vary_look(model: mujoco.MjModel, rng: np.random.Generator) -> None:
     model.geom("table").rgba[:3] = np.clip(_TABLE_COLOURS[rng.integers(4)] + rng.uniform(-0.04, 0.04, 3), 0, 1)
     light = model.light("lamp")
     light.pos[:] = (0.5 + rng.uniform(-0.4, 0.4), rng.uniform(-0.5, 0.5), 2.0)
-    light.diffuse[:] = rng.uniform(0.4, 0.6)
+    light.diffuse[:] = rng.uniform(0.3, 0.5)

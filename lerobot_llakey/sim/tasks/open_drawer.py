@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import mujoco
 import numpy as np
@@ -11,7 +11,9 @@ from scipy.spatial.transform import Rotation
 from lerobot_llakey.geometry import Pose
 from lerobot_llakey.instructions import instruct
 from lerobot_llakey.sim.tasks.base import Task, Waypoint
-from lerobot_llakey.sim.world import World
+
+if TYPE_CHECKING:
+    from lerobot_llakey.sim.world import World
 
 DRAWERS = ("bottom", "middle", "top")
 _WORDINGS = (
