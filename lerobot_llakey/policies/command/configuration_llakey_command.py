@@ -1,0 +1,143 @@
+"""Settings of the command policy."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from lerobot.configs import FeatureType, NormalizationMode, PolicyFeature, PreTrainedConfig
+from lerobot.optim import AdamWConfig
+from lerobot.optim.schedulers import CosineAnnealingWithWarmupSchedulerConfig
+
+from lerobot_llakey import schema
+
+
+@PreTrainedConfig.register_subclass("llakey_command")
+@dataclass
+class LlakeyCommandConfig(PreTrainedConfig):
+    """Settings of the vision-language model that names the next basic action (section III-C of the paper).
+
+    Attributes:
+        views: cameras shown to the model, in this order.
+        history: 1 tells the model the instruction last commanded ("Previous instruction: ..."), an extension of this
+            project; 0 is the paper's prompt.
+        history_dropout: probability with which training hides the previous instruction, so that the images are
+            read too.
+        model: Hub name or local folder of a pretrained LLaVA-like model; None builds the small one below from scratch.
+        prompt_format: conversation form of a pretrained model, with the slots ``{system}`` and ``{request}``.
+        freeze_vision: keep the vision tower's weights; None freezes it when it is pretrained, as the paper does.
+        image_size: pixels a side; other sizes are resized. Pretrained models use their own image processor instead.
+        patch_size: pixels a side of one image token.
+        convolutional_stem: the patches overlap (a stack of strided convolutions) rather than being cut apart.
+        vision_width, vision_layers, vision_heads: the small CLIP vision tower.
+        text_width, text_layers, text_heads: the small Llama language model.
+        dtype: precision of the computations: "bfloat16" or "float32"; weights stay float32.
+        constrain: answer only with instructions known from training.
+        max_new_tokens: longest answer.
+        shift_pixels: training shifts each image by up to this many pixels each way.
+        colour_jitter: training scales brightness and contrast by up to this share.
+        synonym_probability: share of training answers worded anew by the grammar.
+        optimizer_lr, optimizer_weight_decay, scheduler_warmup_steps: AdamW, linear warm-up, cosine to zero.
+        words, instructions: the small model's vocabulary and the known answers; filled from the training dataset.
+    """
+
+    views: list[str] = field(default_factory=lambda: ["left_shoulder", "right_shoulder", "front"])
+    history: int = 1
+    history_dropout: float = 0.3
+
+    model: str | None = None
+    prompt_format: str = "{system} USER: {request} ASSISTANT:"
+    freeze_vision: bool | None = None
+
+    image_size: int = schema.IMAGE_SIZE
+    patch_size: int = 16
+    convolutional_stem: bool = True
+    vision_width: int = 192
+    vision_layers: int = 4
+    vision_heads: int = 6
+    text_width: int = 256
+    text_layers: int = 4
+    text_heads: int = 4
+
+    dtype: str = "bfloat16"
+    constrain: bool = True
+    max_new_tokens: int = 48
+
+    shift_pixels: int = 4
+    colour_jitter: float = 0.1
+    synonym_probability: float = 0.0
+
+    optimizer_lr: float = 6e-4
+    optimizer_weight_decay: float = 0.05
+    optimizer_grad_clip_norm: float = 1.0
+    scheduler_warmup_steps: int = 200
+
+    words: list[str] = field(default_factory=list)
+    instructions: list[str] = field(default_factory=list)
+
+    normalization_mapping: dict[str, NormalizationMode] = field(
+        default_factory=lambda: dict.fromkeys(("VISUAL", "STATE", "ACTION"), NormalizationMode.IDENTITY)
+    )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not self.views:
+            raise ValueError("Expected at least one camera in `views`, got none; give for example '[front]'.")
+        if self.history not in (0, 1):
+            raise ValueError(f"Expected `history` to be 0 or 1, got {self.history}; only one instruction is kept.")
+        if self.dtype not in ("bfloat16", "float32"):
+            raise ValueError(f"Expected `dtype` bfloat16 or float32, got {self.dtype!r}; choose one of them.")
+        if self.image_size % self.patch_size:
+            raise ValueError(
+                f"Expected `image_size` to be a multiple of `patch_size`, got {self.image_size} and {self.patch_size}; "
+                "change one of them."
+            )
+
+    @property
+    def image_keys(self) -> list[str]:
+        """Feature names of the views' images, in their order."""
+        return [schema.image_key(view) for view in self.views]
+
+    def validate_features(self) -> None:
+        """Check that every view is among the input features.
+
+        Raises:
+            ValueError: if one is missing.
+        """
+        visual = {key for key, feature in (self.input_features or {}).items() if feature.type is FeatureType.VISUAL}
+        missing = [key for key in self.image_keys if key not in visual]
+        if missing:
+            raise ValueError(
+                f"Expected the images {self.image_keys} among the input features, got {sorted(visual)} without "
+                f"{missing}; set `views` to cameras that are there."
+            )
+
+    def use_default_features(self) -> None:
+        """Fill in the contract's input and output features where none were given."""
+        shape = (3, self.image_size, self.image_size)
+        if not self.input_features:
+            self.input_features = {key: PolicyFeature(FeatureType.VISUAL, shape) for key in self.image_keys}
+        if not self.output_features:
+            self.output_features = {schema.ACTION: PolicyFeature(FeatureType.ACTION, (schema.ACTION_DIM,))}
+
+    def get_optimizer_preset(self) -> AdamWConfig:
+        return AdamWConfig(
+            lr=self.optimizer_lr,
+            betas=(0.9, 0.98),
+            weight_decay=self.optimizer_weight_decay,
+            grad_clip_norm=self.optimizer_grad_clip_norm,
+        )
+
+    def get_scheduler_preset(self) -> CosineAnnealingWithWarmupSchedulerConfig:
+        return CosineAnnealingWithWarmupSchedulerConfig(num_warmup_steps=self.scheduler_warmup_steps)
+
+    @property
+    def observation_delta_indices(self) -> None:
+        return None
+
+    @property
+    def action_delta_indices(self) -> None:
+        return None
+
+    @property
+    def reward_delta_indices(self) -> None:
+        return None

@@ -1,0 +1,53 @@
+"""Images on their way to the model: collecting the views, small random changes, normalisation."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import torch
+from torch import Tensor
+from torch.nn import functional
+
+
+def stack_views(batch: Mapping[str, Any], keys: Sequence[str]) -> Tensor:
+    """The views of a batch as one tensor (B, V, 3, H, W) in 0..1, in the order of ``keys``.
+
+    Raises:
+        ValueError: if an image is missing or has another shape than (B, 3, H, W).
+    """
+    missing = [key for key in keys if key not in batch]
+    if missing:
+        there = sorted(key for key in batch if key.startswith("observation.images."))
+        raise ValueError(f"Expected the images {list(keys)} in the batch, got {there} without {missing}; add them.")
+    images = [batch[key] for key in keys]
+    for key, image in zip(keys, images, strict=True):
+        if image.ndim != 4 or image.shape[1] != 3:
+            raise ValueError(f"Expected {key} of shape (B, 3, H, W), got {tuple(image.shape)}; batch single images.")
+    size = images[0].shape[-2:]
+    return torch.stack([image if image.shape[-2:] == size else resize(image, tuple(size)) for image in images], dim=1)
+
+
+def resize(images: Tensor, size: tuple[int, int]) -> Tensor:
+    """Images (N, 3, H, W) at another height and width."""
+    return functional.interpolate(images, size=size, mode="bilinear", antialias=True, align_corners=False)
+
+
+def augment(images: Tensor, shift: int, jitter: float) -> Tensor:
+    """Shift each image by a few pixels and scale the brightness and contrast of each sample.
+
+    Args:
+        images: (B, V, 3, H, W) in 0..1.
+        shift: pixels each way at most; the border is repeated.
+        jitter: share by which brightness and contrast change at most; all views of a sample change alike.
+    """
+    batch, views, _, height, width = images.shape
+    if shift > 0:
+        flat = functional.pad(images.flatten(0, 1), (shift,) * 4, mode="replicate")
+        offsets = torch.randint(0, 2 * shift + 1, (len(flat), 2)).tolist()
+        shifted = [image[:, y : y + height, x : x + width] for image, (y, x) in zip(flat, offsets, strict=True)]
+        images = torch.stack(shifted).unflatten(0, (batch, views))
+    if jitter > 0:
+        gain, offset = (torch.rand(2, batch, 1, 1, 1, 1, device=images.device) * 2 - 1) * jitter
+        images = ((images - 0.5) * (1 + gain) + 0.5 + offset / 2).clamp(0, 1)
+    return images

@@ -1,0 +1,215 @@
+"""Builds the small LLaVA from the transformers classes, or loads a pretrained model of that kind."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import torch
+from torch import Tensor, nn
+from transformers import (
+    AutoModelForImageTextToText,
+    AutoProcessor,
+    CLIPVisionConfig,
+    LlamaConfig,
+    LlavaConfig,
+    LlavaForConditionalGeneration,
+    PreTrainedModel,
+)
+
+from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
+from lerobot_llakey.policies.command.prompt import STOP
+from lerobot_llakey.policies.command.tokenizer import WordTokenizer
+
+
+class ConvolutionalStem(nn.Module):
+    """Overlapping patches: a 4x4 cut followed by strided 3x3 convolutions, in place of CLIP's one large cut.
+
+    Small networks trained on few samples see fine detail (is the finger around the lid?) sooner this way, and the
+    convolutions run at a quarter of the resolution and below, where they are cheap.
+
+    Args:
+        width: channels of a patch.
+        patch_size: pixels a side of a patch: 4 times a power of 2.
+    """
+
+    def __init__(self, width: int, patch_size: int) -> None:
+        super().__init__()
+        halvings = (patch_size // 4).bit_length() - 1
+        if patch_size != 4 << halvings:
+            raise ValueError(f"Expected `patch_size` to be 4, 8, 16 or 32 with a stem, got {patch_size}; change it.")
+        channels = max(32, width >> (halvings + 1)) if halvings else width
+        self.cut = nn.Conv2d(3, channels, 4, stride=4)
+        layers: list[nn.Module] = []
+        for index in range(halvings):
+            grown = width if index == halvings - 1 else channels * 2
+            layers += [nn.GroupNorm(1, channels), nn.GELU(), nn.Conv2d(channels, grown, 3, stride=2, padding=1)]
+            channels = grown
+        self.layers = nn.Sequential(*layers)
+
+    @property
+    def weight(self) -> Tensor:
+        """CLIP's embeddings read the dtype of their input from here."""
+        return self.cut.weight
+
+    def forward(self, images: Tensor) -> Tensor:
+        """Images (N, 3, H, W) to patches (N, width, H / patch, W / patch)."""
+        return self.layers(self.cut(images.contiguous(memory_format=torch.channels_last)))
+
+
+class ViewProjector(nn.Module):
+    """The paper's linear projection of visual features, with a learned mark that tells the views apart.
+
+    Args:
+        features: channels of a visual feature.
+        width: channels of the language model.
+        views: number of images of one prompt; they come in that order.
+    """
+
+    def __init__(self, features: int, width: int, views: int) -> None:
+        super().__init__()
+        self.linear = nn.Linear(features, width)
+        self.view = nn.Parameter(torch.randn(views, 1, width) * 0.02)
+
+    def forward(self, features: Tensor) -> Tensor:
+        """Features (B * views, patches, features) to embeddings (B * views, patches, width)."""
+        return self.linear(features) + self.view.repeat(len(features) // len(self.view), 1, 1)
+
+
+def build_small(config: LlakeyCommandConfig, tokenizer: WordTokenizer) -> LlavaForConditionalGeneration:
+    """The small LLaVA, with fresh weights.
+
+    As in the paper, the features before and after the vision tower's last layer are both projected.
+    """
+    vision: dict[str, Any] = {
+        "hidden_size": config.vision_width,
+        "intermediate_size": 4 * config.vision_width,
+        "num_hidden_layers": config.vision_layers,
+        "num_attention_heads": config.vision_heads,
+        "image_size": config.image_size,
+        "patch_size": config.patch_size,
+        "hidden_act": "gelu",
+        "initializer_factor": 1.0,
+    }
+    text: dict[str, Any] = {
+        "vocab_size": len(tokenizer),
+        "hidden_size": config.text_width,
+        "intermediate_size": round(config.text_width * 8 / 3 / 64) * 64,
+        "num_hidden_layers": config.text_layers,
+        "num_attention_heads": config.text_heads,
+        "max_position_embeddings": 2048,
+        "pad_token_id": tokenizer.pad_id,
+        "bos_token_id": tokenizer.begin_id,
+        "eos_token_id": tokenizer.stop_id,
+        "tie_word_embeddings": True,
+    }
+    layers = [-2, -1]
+    llava: dict[str, Any] = {
+        "vision_config": CLIPVisionConfig(**vision),
+        "text_config": LlamaConfig(**text),
+        "image_token_index": tokenizer.image_id,
+        "image_seq_length": (config.image_size // config.patch_size) ** 2,
+        "vision_feature_layer": layers,
+        "projector_hidden_act": "linear",
+        "tie_word_embeddings": True,
+    }
+    model = LlavaForConditionalGeneration(LlavaConfig(**llava))
+    model.model.multi_modal_projector = ViewProjector(
+        config.vision_width * len(layers), config.text_width, len(config.views)
+    )
+    if config.convolutional_stem:
+        embeddings = model.model.vision_tower.vision_model.embeddings
+        embeddings.patch_embedding = ConvolutionalStem(config.vision_width, config.patch_size)
+    _use_ids(model, tokenizer.stop_id, tokenizer.pad_id)
+    return model
+
+
+def load_pretrained(name: str) -> tuple[PreTrainedModel, Any]:
+    """A pretrained image-text model and its processor, taught the stop token where it is lacking.
+
+    Args:
+        name: Hub name or local folder.
+
+    Returns:
+        The model in float32 and its processor.
+
+    Raises:
+        ValueError: if there is no such model, or it is not one of images and text.
+    """
+    looks_local = name.startswith((".", "/", "~")) or name.count("/") > 1
+    path = Path(name).expanduser()
+    if looks_local and not path.is_dir():
+        raise ValueError(
+            f"Expected `model` to be a folder or a Hub name, got {name!r}, which does not exist; check the path."
+        )
+    source = str(path) if path.is_dir() else name
+    try:
+        processor = AutoProcessor.from_pretrained(source)
+        model = AutoModelForImageTextToText.from_pretrained(source, dtype=torch.float32)
+    except (OSError, ValueError, KeyError) as error:
+        reason = str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
+        raise ValueError(
+            f"Expected `model` to name an image-text model with its processor, got {name!r} ({reason}); check the name."
+        ) from error
+    add_stop_token(model, processor)
+    return model, processor
+
+
+def build_from_assets(folder: Path) -> tuple[PreTrainedModel, Any]:
+    """The architecture of a saved pretrained model without its weights, and its processor.
+
+    Args:
+        folder: what :func:`save_assets` wrote.
+    """
+    from transformers import AutoConfig
+
+    processor = AutoProcessor.from_pretrained(folder)
+    model = AutoModelForImageTextToText.from_config(AutoConfig.from_pretrained(folder), dtype=torch.float32)
+    add_stop_token(model, processor)
+    return model, processor
+
+
+def save_assets(folder: Path, model: PreTrainedModel, processor: Any) -> None:
+    """Write what rebuilds the architecture and its processor, all but the weights."""
+    folder.mkdir(parents=True, exist_ok=True)
+    model.config.save_pretrained(folder)
+    processor.save_pretrained(folder)
+
+
+def add_stop_token(model: PreTrainedModel, processor: Any) -> None:
+    """Make the stop token one token of the tokenizer, with an embedding, and the end of generation."""
+    tokenizer = processor.tokenizer
+    tokenizer.add_special_tokens({"additional_special_tokens": [STOP]}, replace_extra_special_tokens=False)
+    embeddings: Any = model.get_input_embeddings()
+    if len(tokenizer) > embeddings.num_embeddings:
+        model.resize_token_embeddings(len(tokenizer))
+    if tokenizer.pad_token_id is None:
+        tokenizer.pad_token = tokenizer.eos_token or STOP
+    _use_ids(model, tokenizer.convert_tokens_to_ids(STOP), tokenizer.pad_token_id)
+
+
+def freeze_vision(model: PreTrainedModel) -> None:
+    """Keep the vision tower's weights as they are.
+
+    Raises:
+        ValueError: if the model has no part that is known as a vision tower.
+    """
+    towers = [
+        m for name, m in model.named_modules() if name.split(".")[-1] in ("vision_tower", "visual", "vision_model")
+    ]
+    if not towers:
+        raise ValueError(
+            f"Expected {type(model).__name__} to have a vision tower, found none; "
+            "set freeze_vision=false to train all of it."
+        )
+    for tower in towers:
+        tower.requires_grad_(False)
+
+
+def _use_ids(model: PreTrainedModel, stop_id: int, pad_id: int) -> None:
+    assert model.generation_config is not None
+    model.generation_config.eos_token_id = stop_id
+    model.generation_config.pad_token_id = pad_id
+    model.generation_config.do_sample = False
+    model.generation_config.temperature = None
+    model.generation_config.top_p = None

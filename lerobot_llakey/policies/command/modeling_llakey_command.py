@@ -1,0 +1,228 @@
+"""The command policy: a vision-language model that names the next basic action.
+
+Source: section III-C of the paper (LLaVA on three views, loss on the answer alone, stop token ``<next goal>``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from huggingface_hub import snapshot_download
+from lerobot.policies.pretrained import PreTrainedPolicy
+from torch import Tensor
+from torch.nn import functional
+from transformers import LogitsProcessorList
+
+from lerobot_llakey import instructions, schema
+from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
+from lerobot_llakey.policies.command.decoding import KnownAnswers, Trie
+from lerobot_llakey.policies.command.encoding import IGNORED, Encoder, ProcessorEncoder, WordEncoder
+from lerobot_llakey.policies.command.images import augment, stack_views
+from lerobot_llakey.policies.command.model import (
+    build_from_assets,
+    build_small,
+    freeze_vision,
+    load_pretrained,
+    save_assets,
+)
+from lerobot_llakey.policies.command.prompt import Prompt, sentences
+from lerobot_llakey.policies.command.tokenizer import WordTokenizer, grammar_words, known_words
+from lerobot_llakey.policies.command.vocabulary import dataset_instructions, dataset_tasks
+
+ASSETS = "language_model"
+"""Folder inside a checkpoint that rebuilds a pretrained model's architecture and processor."""
+
+
+class LlakeyCommandPolicy(PreTrainedPolicy):
+    """Looks at the scene and says the next basic action in words.
+
+    Args:
+        config: the settings; its vocabulary is filled from ``dataset_meta`` when it is empty.
+        dataset_stats: unused; LeRobot passes it.
+        dataset_meta: metadata of the training dataset, None when a trained policy is loaded.
+        assets_dir: folder of a saved pretrained model's architecture and processor; set by :meth:`from_pretrained`.
+
+    Raises:
+        ValueError: if a view is missing, the dataset has no instructions, or the model cannot be found.
+    """
+
+    config_class = LlakeyCommandConfig
+    name = "llakey_command"
+    config: LlakeyCommandConfig
+
+    def __init__(
+        self,
+        config: LlakeyCommandConfig,
+        dataset_stats: Mapping[str, Any] | None = None,
+        dataset_meta: Any | None = None,
+        assets_dir: str | Path | None = None,
+        **_: Any,
+    ) -> None:
+        super().__init__(config)
+        config.use_default_features()
+        config.validate_features()
+        # LeRobot's normaliser would take the text columns among the inputs for numbers.
+        config.input_features = {key: config.input_features[key] for key in config.image_keys}
+        if dataset_meta is not None:
+            self._learn_texts(dataset_meta)
+        self.model: Any
+        self.encoder: Encoder
+        self._processor: Any = None
+        if config.model is None:
+            # Without words the vocabulary of a dataset is unknown; bytes and the grammar still spell everything.
+            tokenizer = WordTokenizer(config.words or grammar_words(), sentences(config.views))
+            self.model = build_small(config, tokenizer)
+            image_tokens = (config.image_size // config.patch_size) ** 2
+            self.encoder = WordEncoder(tokenizer, config.image_size, image_tokens)
+        else:
+            built = load_pretrained(config.model) if assets_dir is None else build_from_assets(Path(assets_dir))
+            self.model, self._processor = built
+            self.encoder = ProcessorEncoder(self._processor, config.prompt_format)
+        if config.model is not None if config.freeze_vision is None else config.freeze_vision:
+            freeze_vision(self.model)
+        self._trie = Trie(self.encoder.answer(text) for text in config.instructions)
+        self._rng = np.random.default_rng(0)
+
+    def _learn_texts(self, dataset_meta: Any) -> None:
+        found = dataset_instructions(dataset_meta)
+        self.config.instructions = sorted({*self.config.instructions, *found})
+        if not self.config.words:
+            self.config.words = sorted({*grammar_words(), *known_words([*dataset_tasks(dataset_meta), *found])})
+
+    @classmethod
+    def from_pretrained(cls, pretrained_name_or_path: str | Path, **kwargs: Any) -> LlakeyCommandPolicy:
+        """Load a saved policy; see ``PreTrainedPolicy.from_pretrained``."""
+        folder = Path(pretrained_name_or_path)
+        if not folder.is_dir():
+            patterns = ["*.json", "*.safetensors", f"{ASSETS}/*"]
+            revision = kwargs.get("revision")
+            folder = Path(snapshot_download(str(pretrained_name_or_path), revision=revision, allow_patterns=patterns))
+        if (folder / ASSETS).is_dir():
+            kwargs["assets_dir"] = folder / ASSETS
+        return super().from_pretrained(folder, **kwargs)
+
+    def _save_pretrained(self, save_directory: Path, state_dict: dict[str, Tensor] | None = None) -> None:
+        super()._save_pretrained(save_directory, state_dict=state_dict)
+        if self._processor is not None:
+            save_assets(Path(save_directory) / ASSETS, self.model, self._processor)
+
+    def get_optim_params(self) -> list[dict[str, Any]]:
+        """Parameters in two groups: matrices decay, gains, biases and embeddings do not."""
+        named = [(name, value) for name, value in self.named_parameters() if value.requires_grad]
+        decayed = [value for name, value in named if value.ndim > 1 and "embed" not in name]
+        kept = [value for name, value in named if value.ndim <= 1 or "embed" in name]
+        return [{"params": decayed}, {"params": kept, "weight_decay": 0.0}]
+
+    def reset(self) -> None:
+        """Nothing is remembered between decisions: the previous instruction comes with the batch."""
+
+    def forward(self, batch: dict[str, Any], reduction: str = "mean") -> tuple[Tensor, dict[str, float]]:
+        """Cross-entropy of the answers' tokens, stop token included.
+
+        Args:
+            batch: images (B, 3, H, W) in 0..1 of every view, ``task`` and ``observation.instruction`` as lists of str,
+                and ``observation.previous_instruction`` where the history is on.
+            reduction: "mean" for one loss, "none" for one a sample (B,).
+
+        Returns:
+            The loss, and shares in 0..1: tokens predicted right, answers predicted right as a whole, and the latter
+            among the samples whose instruction has just changed: at keyframes and at the start.
+
+        Raises:
+            ValueError: if something is missing in the batch.
+        """
+        answers = _texts(batch, schema.INSTRUCTION)
+        images = stack_views(batch, self.config.image_keys)
+        if self.training:
+            images = augment(images, self.config.shift_pixels, self.config.colour_jitter)
+        prompts = self._prompts(batch)
+        inputs, labels = self.encoder.with_answers(images, prompts, [self._reworded(text) for text in answers])
+        length = labels.shape[1]
+        with self._autocast(images.device):
+            logits = self.model(**inputs, use_cache=False, logits_to_keep=length + 1).logits[:, :-1].float()
+        losses = functional.cross_entropy(logits.transpose(1, 2), labels, ignore_index=IGNORED, reduction="none")
+        counted = labels != IGNORED
+        right = ((logits.argmax(-1) == labels) | ~counted).detach()
+        exact = right.all(dim=1).float()
+        metrics = {
+            "token_accuracy": float((right & counted).sum() / counted.sum()),
+            "instruction_accuracy": float(exact.mean()),
+        }
+        if schema.PREVIOUS_INSTRUCTION in batch:
+            previous = _texts(batch, schema.PREVIOUS_INSTRUCTION)
+            changed = [old != new for old, new in zip(previous, answers, strict=True)]
+            if any(changed):
+                metrics["changed_instruction_accuracy"] = float(exact[changed].mean())
+        if reduction == "none":
+            return losses.sum(1) / counted.sum(1), metrics
+        return losses.sum() / counted.sum(), metrics
+
+    @torch.no_grad()
+    def next_instructions(self, batch: dict[str, Any]) -> list[str]:
+        """The next basic action of each row of a batch, decoded greedily.
+
+        Args:
+            batch: as for :meth:`forward`, without the instruction; a missing previous instruction counts as none.
+
+        Raises:
+            ValueError: if an image or the task is missing.
+        """
+        was_training = self.training
+        self.eval()
+        images = stack_views(batch, self.config.image_keys)
+        inputs = self.encoder.prompts(images, self._prompts(batch))
+        length = inputs["input_ids"].shape[1]
+        held = LogitsProcessorList()
+        if self.config.constrain and self._trie.root:
+            held.append(KnownAnswers(self._trie, length, self.encoder.pad_id))
+        with self._autocast(images.device):
+            ids = self.model.generate(**inputs, max_new_tokens=self.config.max_new_tokens, logits_processor=held)
+        self.train(was_training)
+        return [self.encoder.decode(row) for row in ids[:, length:].tolist()]
+
+    def select_action(self, batch: dict[str, Any], **kwargs: Any) -> Tensor:
+        """Not possible.
+
+        Raises:
+            NotImplementedError: always.
+        """
+        raise NotImplementedError(
+            "Expected a policy that acts, got a command policy, which only names the next instruction; "
+            "compose it with an action policy: --policy.type=llakey --policy.command_path=... --policy.action_path=..."
+        )
+
+    predict_action_chunk = select_action
+
+    def _prompts(self, batch: Mapping[str, Any]) -> list[Prompt]:
+        tasks = _texts(batch, schema.TASK)
+        views = tuple(self.config.views)
+        if not self.config.history:
+            return [Prompt(views, task) for task in tasks]
+        previous = _texts(batch, schema.PREVIOUS_INSTRUCTION, default=[""] * len(tasks))
+        if self.training:
+            hidden = self._rng.random(len(tasks)) < self.config.history_dropout
+            previous = ["" if hide else text for hide, text in zip(hidden, previous, strict=True)]
+        return [Prompt(views, task, text) for task, text in zip(tasks, previous, strict=True)]
+
+    def _reworded(self, text: str) -> str:
+        if not self.training or self._rng.random() >= self.config.synonym_probability:
+            return text
+        return instructions.paraphrase(text, self._rng)
+
+    def _autocast(self, device: torch.device) -> torch.autocast:
+        dtype = getattr(torch, self.config.dtype)
+        return torch.autocast(device.type, dtype=torch.bfloat16, enabled=dtype is not torch.float32)
+
+
+def _texts(batch: Mapping[str, Any], key: str, default: Sequence[str] | None = None) -> list[str]:
+    """A text column of a batch, one str a row."""
+    value = batch.get(key, default)
+    if value is None:
+        raise ValueError(
+            f"Expected {key!r} in the batch, got {sorted(batch)}; use a dataset or environment that has it."
+        )
+    return [value] if isinstance(value, str) else [str(text) for text in value]

@@ -1,0 +1,85 @@
+"""What the command policy reads besides pixels: the paper's prompt, owned here alone.
+
+Source: section III-C and figure 4 of the paper. The order is system message, then each view's description followed by
+its image, then the request. The sentence about the previous instruction is an extension of this project.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+SYSTEM_MESSAGE = (
+    "You are a helpful language and vision assistant. You are able to understand the visual content that the user "
+    "provides and assist the user with a variety of tasks using natural language."
+)
+STOP = "<next goal>"
+"""Ends every answer."""
+
+TASK_BEGIN = "Task:"
+TASK_END = ", please instruct the robotic arm's next action based on the current images."
+PREVIOUS_BEGIN = "Previous instruction:"
+NO_PREVIOUS = "none."
+
+_DESCRIPTIONS: dict[str, str] = {
+    "front": "Image in front of the robotic arm:",
+    "left_shoulder": "Image from the left shoulder of the robotic arm:",
+    "right_shoulder": "Image from the right shoulder of the robotic arm:",
+    "wrist": "Image from the wrist of the robotic arm:",
+}
+
+
+def describe_view(view: str) -> str:
+    """The short description that stands before a view's image."""
+    return _DESCRIPTIONS.get(view, f"Image from the {view.replace('_', ' ')} camera:")
+
+
+def sentences(views: Sequence[str]) -> list[str]:
+    """Every constant sentence of a prompt with these views: a small vocabulary may hold each as one token."""
+    constants = (TASK_BEGIN, TASK_END, PREVIOUS_BEGIN, NO_PREVIOUS)
+    return [SYSTEM_MESSAGE, *(describe_view(view) for view in views), *constants]
+
+
+@dataclass(frozen=True)
+class Prompt:
+    """One request to the command policy.
+
+    Attributes:
+        views: camera names, in the order in which their images are shown.
+        task: the skill instruction.
+        previous: the instruction last commanded, "" at the start of an episode, None to leave its sentence out (the
+            paper's form).
+    """
+
+    views: tuple[str, ...]
+    task: str
+    previous: str | None = None
+
+    @property
+    def opening(self) -> str:
+        """The system message, which comes first."""
+        return SYSTEM_MESSAGE
+
+    @property
+    def descriptions(self) -> tuple[str, ...]:
+        """The description before each view's image, in order."""
+        return tuple(describe_view(view) for view in self.views)
+
+    @property
+    def request(self) -> tuple[str, ...]:
+        """The text after the last image, in pieces: constant sentences apart from what varies."""
+        pieces = (TASK_BEGIN, self.task, TASK_END)
+        return pieces if self.previous is None else (*pieces, PREVIOUS_BEGIN, self.previous or NO_PREVIOUS)
+
+    def text(self, image_token: str, template: str = "{system} USER: {request} ASSISTANT:") -> str:
+        """The whole prompt as one text, with ``image_token`` where an image goes.
+
+        Args:
+            image_token: the placeholder that a processor replaces by a view's image tokens.
+            template: the language model's own conversation form, with the slots ``{system}`` and ``{request}``.
+        """
+        shown = [f"{description} {image_token}" for description in self.descriptions]
+        asked = f"{TASK_BEGIN} {self.task}{TASK_END}"
+        if self.previous is not None:
+            asked += f" {PREVIOUS_BEGIN} {self.previous or NO_PREVIOUS}"
+        return template.format(system=self.opening, request="\n".join([*shown, asked]))

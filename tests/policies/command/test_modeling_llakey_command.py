@@ -1,0 +1,164 @@
+import pytest
+import torch
+from lerobot.configs.default import DatasetConfig
+from lerobot.configs.train import TrainPipelineConfig
+from lerobot.policies.factory import make_policy, make_pre_post_processors
+from lerobot.scripts.lerobot_train import train
+
+from lerobot_llakey import schema
+from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
+from lerobot_llakey.policies.command.modeling_llakey_command import LlakeyCommandPolicy
+
+
+@pytest.fixture
+def policy(small_config, keysteps) -> LlakeyCommandPolicy:
+    torch.manual_seed(0)
+    return LlakeyCommandPolicy(small_config, dataset_meta=keysteps.meta)
+
+
+def _fit(policy: LlakeyCommandPolicy, batch: dict, steps: int = 60, lr: float = 3e-3) -> float:
+    optimizer = torch.optim.AdamW(policy.get_optim_params(), lr=lr)
+    policy.train()
+    for _ in range(steps):
+        optimizer.zero_grad()
+        loss, _ = policy.forward(batch)
+        loss.backward()
+        optimizer.step()
+    policy.eval()
+    return loss.item()
+
+
+def test_learns_what_it_can_see_and_read_and_says_it(policy, keysteps):
+    first_and_last_frames = [keysteps[index] for index in (0, 5, 6, 11)]
+    batch = torch.utils.data.default_collate(first_and_last_frames)
+    assert len(set(batch[schema.INSTRUCTION])) == 4
+    policy.config.history_dropout = 0.0
+    _fit(policy, batch)
+    _, metrics = policy.forward(batch)
+    assert metrics == {"token_accuracy": 1.0, "instruction_accuracy": 1.0, "changed_instruction_accuracy": 1.0}
+    policy.config.constrain = False
+    assert policy.next_instructions(batch) == batch[schema.INSTRUCTION]
+
+
+def test_rows_of_a_batch_do_not_depend_on_each_other(policy, batch):
+    batch = batch | {schema.TASK: [f"pick up {'the very ' * index}red block" for index in range(6)]}
+    together, _ = policy.eval().forward(batch, reduction="none")
+    for row in range(6):
+        alone, _ = policy.forward({key: value[row : row + 1] for key, value in batch.items()}, reduction="none")
+        assert alone[0].item() == pytest.approx(together[row].item(), abs=1e-4)
+
+
+def test_loss_is_on_the_answer_alone(policy, batch):
+    policy.eval()
+    inputs, labels = policy.encoder.with_answers(
+        torch.rand(6, 3, 3, 32, 32), policy._prompts(batch), batch[schema.INSTRUCTION]
+    )
+    assert labels.shape[1] == max(len(policy.encoder.answer(text)) for text in batch[schema.INSTRUCTION])
+    assert labels.shape[1] < inputs["input_ids"].shape[1]
+
+
+def test_constrained_answers_are_known_instructions_even_untrained(policy, batch):
+    assert policy.config.constrain
+    assert set(policy.next_instructions(batch)) <= set(policy.config.instructions)
+
+
+def test_history_reaches_the_model_only_where_it_is_on(small_settings, keysteps, batch):
+    changed = batch | {schema.PREVIOUS_INSTRUCTION: ["release the red block"] * 6}
+    for history in (0, 1):
+        policy = LlakeyCommandPolicy(LlakeyCommandConfig(history=history, **small_settings), dataset_meta=keysteps.meta)
+        policy.eval()
+        same = torch.equal(policy.forward(batch)[0], policy.forward(changed)[0])
+        assert same == (history == 0)
+
+
+def test_history_dropout_hides_the_previous_instruction_in_training(policy, batch):
+    policy.config.history_dropout = 1.0
+    policy.train()
+    assert {prompt.previous for prompt in policy._prompts(batch)} == {""}
+    policy.eval()
+    assert [prompt.previous for prompt in policy._prompts(batch)] == list(batch[schema.PREVIOUS_INSTRUCTION])
+
+
+def test_order_of_views_matters(small_settings, keysteps, batch):
+    torch.manual_seed(0)
+    policy = LlakeyCommandPolicy(LlakeyCommandConfig(**small_settings), dataset_meta=keysteps.meta).eval()
+    first, _ = policy.forward(batch)
+    policy.config.views = policy.config.views[::-1]
+    assert not torch.equal(first, policy.forward(batch)[0])
+
+
+def test_stock_training_saves_a_checkpoint_that_loads_and_speaks(keysteps, small_settings, batch, tmp_path):
+    config = TrainPipelineConfig(
+        dataset=DatasetConfig(repo_id=keysteps.repo_id, root=str(keysteps.root)),
+        policy=LlakeyCommandConfig(**small_settings),
+        output_dir=tmp_path / "run",
+        steps=3,
+        batch_size=4,
+        num_workers=0,
+        log_freq=1,
+        save_freq=3,
+        env_eval_freq=0,
+    )
+    train(config)
+    folder = tmp_path / "run/checkpoints/last/pretrained_model"
+    loaded = LlakeyCommandPolicy.from_pretrained(folder)
+    assert loaded.config.instructions and loaded.config.words
+    again = make_policy(loaded.config, ds_meta=keysteps.meta)
+    preprocessor, _ = make_pre_post_processors(loaded.config, pretrained_path=str(folder))
+    answers = loaded.next_instructions(preprocessor(dict(batch)))
+    assert len(answers) == 6 and set(answers) <= set(loaded.config.instructions)
+    assert len(again.encoder.tokenizer) == len(loaded.encoder.tokenizer)
+
+
+def test_saved_and_loaded_policies_say_the_same(policy, batch, tmp_path):
+    _fit(policy, batch, steps=3)
+    policy.save_pretrained(tmp_path)
+    loaded = LlakeyCommandPolicy.from_pretrained(tmp_path)
+    assert torch.equal(policy.forward(batch)[0], loaded.forward(batch)[0])
+    assert policy.next_instructions(batch) == loaded.next_instructions(batch)
+
+
+def test_pretrained_llava_trains_and_its_checkpoint_stands_alone(tiny_llava, keysteps, batch, tmp_path, monkeypatch):
+    config = LlakeyCommandConfig(
+        device="cpu", push_to_hub=False, model=str(tiny_llava), dtype="float32", history_dropout=0.0
+    )
+    policy = LlakeyCommandPolicy(config, dataset_meta=keysteps.meta)
+    assert not any(value.requires_grad for value in policy.model.model.vision_tower.parameters())
+    before, _ = policy.eval().forward(batch)
+    assert _fit(policy, batch, steps=15, lr=1e-2) < float(before)
+    policy.save_pretrained(tmp_path / "saved")
+    monkeypatch.setattr(
+        "lerobot_llakey.policies.command.modeling_llakey_command.load_pretrained",
+        lambda name: pytest.fail("loaded again"),
+    )
+    loaded = LlakeyCommandPolicy.from_pretrained(tmp_path / "saved")
+    assert torch.equal(policy.forward(batch)[0], loaded.forward(batch)[0])
+    answers = loaded.next_instructions(batch)
+    assert answers == policy.next_instructions(batch)
+    assert set(answers) <= set(config.instructions)
+
+
+def test_synonyms_reword_training_answers_only(policy):
+    policy.config.synonym_probability = 1.0
+    policy.train()
+    assert {policy._reworded("grasp the red block") for _ in range(30)} == {"grasp the red block", "grab the red block"}
+    policy.eval()
+    assert {policy._reworded("grasp the red block") for _ in range(30)} == {"grasp the red block"}
+
+
+def test_it_does_not_act(policy, batch):
+    with pytest.raises(NotImplementedError, match=r"--policy.type=llakey"):
+        policy.select_action(batch)
+
+
+def test_bad_input_is_named(policy, batch, small_settings, keysteps):
+    without_view = {key: value for key, value in batch.items() if "images.front" not in key}
+    with pytest.raises(ValueError, match=r"without \['observation.images.front'\]"):
+        policy.next_instructions(without_view)
+    without_label = {key: value for key, value in batch.items() if key != schema.INSTRUCTION}
+    with pytest.raises(ValueError, match=r"'observation\.instruction' in the batch"):
+        policy.forward(without_label)
+    with pytest.raises(ValueError, match="'task' in the batch"):
+        policy.next_instructions({key: value for key, value in batch.items() if key != schema.TASK})
+    with pytest.raises(ValueError, match=r"without \['observation.images.elbow'\]"):
+        make_policy(LlakeyCommandConfig(**small_settings | {"views": ["elbow"]}), ds_meta=keysteps.meta)

@@ -1,0 +1,23 @@
+from lerobot_llakey.policies.command.prompt import STOP, SYSTEM_MESSAGE, Prompt, sentences
+
+VIEWS = ("left_shoulder", "right_shoulder", "front")
+
+
+def test_text_has_the_papers_order_and_one_image_a_view():
+    text = Prompt(VIEWS, "open the top drawer").text("<image>")
+    assert text.startswith(SYSTEM_MESSAGE)
+    assert text.count("<image>") == 3
+    wanted = "Task: open the top drawer, please instruct the robotic arm's next action based on the current images."
+    assert text.index("left shoulder") < text.index("right shoulder") < text.index("in front") < text.index(wanted)
+    assert "Previous instruction" not in text and STOP not in text
+
+
+def test_previous_instruction_is_told_or_none():
+    assert "Previous instruction: grasp the cup" in Prompt(VIEWS, "x", "grasp the cup").text("<image>")
+    assert "Previous instruction: none." in Prompt(VIEWS, "x", "").text("<image>")
+
+
+def test_constant_pieces_are_all_among_the_sentences():
+    prompt = Prompt((*VIEWS, "elbow_left"), "stack the cups", "")
+    pieces = {prompt.opening, *prompt.descriptions, *prompt.request} - {"stack the cups"}
+    assert pieces == set(sentences(prompt.views))
