@@ -1,0 +1,93 @@
+"""The columns that make a recorded trajectory a demonstration: next action, instruction and keyframe of every frame."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from lerobot_llakey import schema
+from lerobot_llakey.geometry import canonical_quaternion
+from lerobot_llakey.keyframes import segments
+
+OPEN_ABOVE = 0.9
+"""Opening (0..1) above which a gripper counts as open, as RLBench and thereby PerAct and RVT have it: a gripper that
+holds something wide is closed."""
+
+
+@dataclass(frozen=True)
+class Labels:
+    """One entry a frame.
+
+    Attributes:
+        action: (T, 9) float32, the next keyframe's action; the last frame's is its own.
+        instruction: T texts, the instruction that leads to that keyframe.
+        previous_instruction: T texts, the instruction last commanded: "" at frame 0, the finished one at a keyframe,
+            elsewhere the current one.
+        keyframe_index: (T,) int64, the segment that starts at or holds the frame.
+        next_frame: (T,) int64, the keyframe that ends this segment.
+        is_keyframe: (T,) bool.
+    """
+
+    action: np.ndarray
+    instruction: list[str]
+    previous_instruction: list[str]
+    keyframe_index: np.ndarray
+    next_frame: np.ndarray
+    is_keyframe: np.ndarray
+
+    def row(self, frame: int) -> dict[str, np.ndarray | str]:
+        """The labels of one frame under the contract's names, as ``LeRobotDataset.add_frame`` takes them."""
+        return {
+            schema.ACTION: self.action[frame],
+            schema.INSTRUCTION: self.instruction[frame],
+            schema.PREVIOUS_INSTRUCTION: self.previous_instruction[frame],
+            schema.KEYFRAME_INDEX: self.keyframe_index[frame : frame + 1],
+            schema.NEXT_KEYFRAME: self.next_frame[frame : frame + 1],
+            schema.IS_KEYFRAME: self.is_keyframe[frame : frame + 1],
+        }
+
+
+def label(
+    states: np.ndarray, keyframes: list[int], instructions: Sequence[str], ignore_collision: Sequence[bool]
+) -> Labels:
+    """Label a trajectory.
+
+    The action of a segment is what was *reached* at its keyframe, the tool's pose and the gripper's state, as RVT and
+    PerAct take it: so simulated and real recordings are labelled alike.
+
+    Args:
+        states: (T, 15) robot states of the contract.
+        keyframes: increasing frame indices that end at T - 1.
+        instructions: what leads to each keyframe.
+        ignore_collision: whether the way to each keyframe may touch things.
+
+    Raises:
+        ValueError: if there is not one instruction and one flag a keyframe, or the keyframes do not fit the states.
+    """
+    if not len(keyframes) == len(instructions) == len(ignore_collision):
+        raise ValueError(
+            f"Expected one instruction and one collision flag for each of {len(keyframes)} keyframes, got "
+            f"{len(instructions)} and {len(ignore_collision)}; instruct every segment."
+        )
+    parts = segments(keyframes, len(states))
+    actions = np.stack(
+        [keyframe_action(states[frame], ignore) for frame, ignore in zip(keyframes, ignore_collision, strict=True)]
+    )
+    current = [instructions[segment] for segment in parts.index]
+    previous = list(current)
+    previous[0] = ""
+    for keyframe, finished in zip(keyframes, instructions, strict=True):
+        previous[keyframe] = finished
+    return Labels(actions[parts.index], current, previous, parts.index, parts.next_frame, parts.is_keyframe)
+
+
+def keyframe_action(state: np.ndarray, ignore_collision: bool) -> np.ndarray:
+    """Action (9,) float32 that leads to a state (15,)."""
+    action = np.empty(schema.ACTION_DIM, dtype=np.float32)
+    action[schema.POSITION] = state[schema.POSITION]
+    action[schema.QUATERNION] = canonical_quaternion(state[schema.QUATERNION])
+    action[schema.GRIPPER] = state[schema.GRIPPER] > OPEN_ABOVE
+    action[schema.IGNORE_COLLISION] = ignore_collision
+    return action

@@ -1,0 +1,186 @@
+"""Recording an expert's episode: first the motion alone, then pictures of only those frames that are asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+
+import mujoco
+import numpy as np
+
+from lerobot_llakey import schema
+from lerobot_llakey.keyframes import discover_keyframes
+from lerobot_llakey.labels import OPEN_ABOVE, Labels, label
+from lerobot_llakey.sim.cameras import RGBD, CameraRig
+from lerobot_llakey.sim.expert import ExpertStep, demonstrate
+from lerobot_llakey.sim.tasks.base import Waypoint
+from lerobot_llakey.sim.world import World
+
+FPS = 10
+"""Frames a second of demonstrations."""
+_REACHED_WITHIN = 0.7
+"""Seconds before the end of an action, rest included, within which its keyframe lies."""
+
+
+@dataclass(frozen=True)
+class Episode:
+    """A recorded episode, without pictures.
+
+    Attributes:
+        states: (T, 15) float32 robot states of the contract.
+        qpos: (T, nq) the scene's configuration, from which pictures are rendered.
+        keyframes: discovered from the states alone; empty where fewer than two frames were recorded.
+        waypoints: what the expert went for, one a segment where keyframes_match.
+        keyframes_match: whether each waypoint has exactly one discovered keyframe, at its end, with its gripper state.
+        success: whether the task's oracle was satisfied at the end.
+        task: name of the task.
+        description: skill instruction.
+        seed: scene seed.
+        variation: of the task.
+        sequence: action sequence of the task.
+        fps: frames a second.
+    """
+
+    states: np.ndarray
+    qpos: np.ndarray
+    keyframes: list[int]
+    waypoints: list[Waypoint]
+    keyframes_match: bool
+    success: bool
+    task: str
+    description: str
+    seed: int
+    variation: int
+    sequence: int
+    fps: float = FPS
+    failures: list[str] = field(default_factory=list)
+
+    def __len__(self) -> int:
+        return len(self.states)
+
+    @property
+    def usable(self) -> bool:
+        """Whether it is fit for training: the task was done and the keyframes are the waypoints."""
+        return self.success and self.keyframes_match
+
+    def labels(self) -> Labels:
+        """Action, instructions and keyframe columns of every frame.
+
+        Raises:
+            ValueError: if the keyframes do not match the waypoints.
+        """
+        return label(
+            self.states,
+            self.keyframes,
+            [waypoint.instruction for waypoint in self.waypoints],
+            [waypoint.ignore_collision for waypoint in self.waypoints],
+        )
+
+    def origin(self) -> dict[str, np.ndarray]:
+        """Columns that say which scene this is."""
+        return {
+            schema.EPISODE_SEED: np.array([self.seed]),
+            schema.EPISODE_VARIATION: np.array([self.variation]),
+            schema.EPISODE_SEQUENCE: np.array([self.sequence]),
+        }
+
+
+def record(world: World, seed: int, variation: int | None = None, fps: float = FPS) -> Episode:
+    """Let the expert do the task of a scene seed.
+
+    Args:
+        world: reset here; it keeps the scene's look, which :func:`render_frames` needs, until its next reset.
+        seed: scene seed.
+        variation: the task's variation; drawn from the seed where None.
+        fps: frames a second.
+    """
+    world.reset(seed, variation)
+    states: list[np.ndarray] = []
+    configurations: list[np.ndarray] = []
+
+    def take() -> None:
+        states.append(world.state())
+        configurations.append(world.data.qpos.copy())
+
+    world.observe(take, fps)
+    take()
+    steps: list[ExpertStep] = []
+    ends: list[int] = []
+    for step in demonstrate(world):
+        steps.append(step)
+        ends.append(len(states) - 1)
+    world.observe(None)
+    trajectory = np.stack(states)
+    keyframes: list[int] = []
+    if len(trajectory) > 1:
+        keyframes = discover_keyframes(trajectory[:, schema.JOINTS], trajectory[:, schema.GRIPPER], fps)
+    waypoints = [step.waypoint for step in steps]
+    task = world.task
+    return Episode(
+        states=trajectory,
+        qpos=np.stack(configurations),
+        keyframes=keyframes,
+        waypoints=waypoints,
+        keyframes_match=_match(keyframes, ends, waypoints, trajectory, fps),
+        success=bool(steps) and steps[-1].success,
+        task=task.name,
+        description=task.description,
+        seed=seed,
+        variation=task.variation,
+        sequence=task.sequence,
+        fps=fps,
+        failures=[step.failure for step in steps if step.failure],
+    )
+
+
+def _match(
+    keyframes: list[int], ends: list[int], waypoints: Sequence[Waypoint], states: np.ndarray, fps: float
+) -> bool:
+    if len(keyframes) != len(ends) or not ends:
+        return False
+    frames = np.array(keyframes)
+    on_time = (frames <= ends) & (frames >= np.array(ends) - _REACHED_WITHIN * fps)
+    gripper = (states[frames, schema.GRIPPER] > OPEN_ABOVE) == [waypoint.gripper_open for waypoint in waypoints]
+    return bool(on_time.all() and gripper.all())
+
+
+def render_frames(
+    world: World, rig: CameraRig, episode: Episode, frames: Iterable[int]
+) -> Iterator[tuple[int, dict[str, RGBD]]]:
+    """Pictures of some frames of the episode that the world recorded last.
+
+    Args:
+        world: as :func:`record` left it.
+        rig: cameras of the world's model.
+        episode: what was recorded.
+        frames: indices of frames.
+
+    Yields:
+        The frame's index and its pictures by camera.
+
+    Raises:
+        ValueError: if the world was reset for another scene since.
+    """
+    if world.seed != episode.seed or world.task.name != episode.task:
+        raise ValueError(
+            f"Expected the world of {episode.task} seed {episode.seed}, got {world.task.name} seed {world.seed}; "
+            "render before recording the next episode."
+        )
+    scratch = mujoco.MjData(world.model)
+    for frame in frames:
+        scratch.qpos[:] = episode.qpos[frame]
+        mujoco.mj_kinematics(world.model, scratch)
+        mujoco.mj_comPos(world.model, scratch)
+        mujoco.mj_camlight(world.model, scratch)
+        yield frame, rig.render_all(scratch)
+
+
+def frame_columns(pictures: dict[str, RGBD]) -> dict[str, np.ndarray]:
+    """Pictures under the contract's names: RGB uint8 (H, W, 3), depth uint16 (H, W, 1) in millimetres, cameras."""
+    columns: dict[str, np.ndarray] = {}
+    for camera, picture in pictures.items():
+        columns[schema.image_key(camera)] = picture.rgb
+        columns[schema.depth_key(camera)] = np.rint(picture.depth).clip(0, 65535).astype(np.uint16)[..., None]
+    columns[schema.INTRINSICS] = np.stack([picture.intrinsics for picture in pictures.values()])
+    columns[schema.EXTRINSICS] = np.stack([picture.extrinsics for picture in pictures.values()])
+    return columns
