@@ -66,7 +66,8 @@ class LlakeyCommandPolicy(PreTrainedPolicy):
         config.use_default_features()
         config.validate_features()
         # LeRobot's normaliser would take the text columns among the inputs for numbers.
-        config.input_features = {key: config.input_features[key] for key in config.image_keys}
+        features = config.input_features or {}
+        config.input_features = {key: features[key] for key in config.image_keys}
         if dataset_meta is not None:
             self._learn_texts(dataset_meta)
         self.model: Any

@@ -125,7 +125,7 @@ def test_pretrained_llava_trains_and_its_checkpoint_stands_alone(tiny_llava, key
     policy = LlakeyCommandPolicy(config, dataset_meta=keysteps.meta)
     assert not any(value.requires_grad for value in policy.model.model.vision_tower.parameters())
     before, _ = policy.eval().forward(batch)
-    assert _fit(policy, batch, steps=15, lr=1e-2) < float(before)
+    assert _fit(policy, batch, steps=15, lr=1e-2) < before.item()
     policy.save_pretrained(tmp_path / "saved")
     monkeypatch.setattr(
         "lerobot_llakey.policies.command.modeling_llakey_command.load_pretrained",
