@@ -18,6 +18,8 @@ from lerobot_llakey.sim.robot import Robot
 _STEP_METRES, _STEP_RADIANS = 0.03, 0.15
 _MAX_JOINT_STEP = 0.6
 """Radians between neighbouring waypoints of a straight line beyond which the arm would jump to another posture."""
+_MAX_JOINT_DETOUR = 1.0
+"""Radians that a joint may turn, unchecked, where collisions are ignored and the straight line is out of reach."""
 _PENETRATION = 0.002
 """Metres of overlap that count as a collision: objects at rest touch their support."""
 
@@ -87,7 +89,7 @@ class Planner:
         goal = self.kinematics.solve_from_many(target, start, rng)
         if goal is None:
             raise PlanningError("unreachable")
-        if ignore_collision:
+        if ignore_collision and np.abs(goal - start).max() < _MAX_JOINT_DETOUR:
             return np.stack((start, goal))
         allowed = self._contacts(start, held)
         if self._contacts(goal, held) - allowed:

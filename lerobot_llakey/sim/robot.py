@@ -24,8 +24,8 @@ VISUAL_GROUP, HULL_GROUP = 2, 3
 ARM_CONTYPE, ARM_CONAFFINITY = 2, 1
 """The arm touches the scene (contype 1) but not itself."""
 
-_SERVO = ((4500, 450, 87),) * 2 + ((3500, 350, 87),) * 2 + ((2000, 200, 12),) * 3
-_GRIP_FORCE = 70.0
+_SERVO = ((4500, 450, 87),) * 2 + ((3500, 350, 87),) * 2 + ((800, 40, 12),) * 3
+_GRIP_FORCE = 40.0
 _HAND_COLOUR = (0.92, 0.92, 0.92, 1.0)
 _FINGER_COLOUR = (0.25, 0.25, 0.27, 1.0)
 
@@ -102,18 +102,18 @@ def _add_hand(spec: mujoco.MjSpec) -> None:
             friction=(1.6, 0.03, 0.0005),
             condim=4,
             priority=1,
-            solimp=(0.95, 0.99, 0.001, 0.5, 2),
-            solref=(0.008, 1),
+            solimp=(0.9, 0.95, 0.003, 0.5, 2),
+            solref=(0.02, 1),
             **touch,
         )
-        _add_servo(spec, name, 2500.0, 60.0, _GRIP_FORCE)
+        _add_servo(spec, name, 1000.0, 40.0, _GRIP_FORCE)
     spec.add_equality(
         type=mujoco.mjtEq.mjEQ_JOINT,
         objtype=mujoco.mjtObj.mjOBJ_JOINT,
         name1=FINGER_JOINTS[0],
         name2=FINGER_JOINTS[1],
         data=(0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0),
-        solref=(0.01, 1),
+        solref=(0.03, 1),
     )
 
 
