@@ -18,14 +18,16 @@ MAY_IMPORT: dict[str, set[str]] = {
     "geometry": {"schema"},
     "instructions": FOUNDATION,
     "keyframes": FOUNDATION,
-    "sim": WORDS,
+    # What the experts' recordings and anyone else's have in common.
+    "labels": WORDS,
+    "sim": WORDS | {"labels"},
     "policies": WORDS,
     "policies.action": WORDS | {"policies"},
     "policies.command": WORDS | {"policies"},
     "policies.hierarchy": WORDS | POLICIES | {"policies"},
-    "datasets": WORDS | {"sim"},
-    "evaluation": WORDS | POLICIES | {"policies", "sim", "datasets"},
-    "cli": WORDS | POLICIES | {"policies", "sim", "datasets", "evaluation"},
+    "datasets": WORDS | {"labels", "sim"},
+    "evaluation": WORDS | POLICIES | {"labels", "policies", "sim", "datasets"},
+    "cli": WORDS | POLICIES | {"labels", "policies", "sim", "datasets", "evaluation"},
     # Importing the package registers its environment and its policies.
     "": POLICIES | {"policies", "sim"},
 }

@@ -9,6 +9,8 @@ import torch
 from torch import Tensor
 from torch.nn import functional
 
+from lerobot_llakey import schema
+
 
 def stack_views(batch: Mapping[str, Any], keys: Sequence[str]) -> Tensor:
     """The views of a batch as one tensor (B, V, 3, H, W) in 0..1, in the order of ``keys``.
@@ -18,7 +20,7 @@ def stack_views(batch: Mapping[str, Any], keys: Sequence[str]) -> Tensor:
     """
     missing = [key for key in keys if key not in batch]
     if missing:
-        there = sorted(key for key in batch if key.startswith("observation.images."))
+        there = sorted(key for key in batch if key.startswith(schema.image_key("")))
         raise ValueError(f"Expected the images {list(keys)} in the batch, got {there} without {missing}; add them.")
     images = [batch[key] for key in keys]
     for key, image in zip(keys, images, strict=True):
