@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import weakref
 from dataclasses import dataclass
 
 import mujoco
@@ -72,8 +73,11 @@ class CameraRig:
     def __init__(self, model: mujoco.MjModel, size: int) -> None:
         self.model, self.size = model, size
         self._renderers: dict[tuple[int, int], mujoco.Renderer] = {}
+        # Contexts must go before the interpreter takes the OpenGL module down.
+        self.close = weakref.finalize(self, _close_all, self._renderers)
         self._policy_view = _view_option(HULL_GROUP, VISUAL_GROUP)
-        self._human_view = _view_option(VISUAL_GROUP, HULL_GROUP)
+        detailed = bool((model.geom_group == VISUAL_GROUP).any())
+        self._human_view = _view_option(VISUAL_GROUP, HULL_GROUP) if detailed else self._policy_view
 
     def _renderer(self, height: int, width: int) -> mujoco.Renderer:
         if (height, width) not in self._renderers:
@@ -105,10 +109,11 @@ class CameraRig:
         renderer.update_scene(data, VIEWER, self._human_view)
         return renderer.render().copy()
 
-    def close(self) -> None:
-        for renderer in self._renderers.values():
-            renderer.close()
-        self._renderers.clear()
+
+def _close_all(renderers: dict[tuple[int, int], mujoco.Renderer]) -> None:
+    for renderer in renderers.values():
+        renderer.close()
+    renderers.clear()
 
 
 def camera_to_base(data: mujoco.MjData, camera: int) -> np.ndarray:

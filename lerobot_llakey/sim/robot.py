@@ -30,8 +30,11 @@ _HAND_COLOUR = (0.92, 0.92, 0.92, 1.0)
 _FINGER_COLOUR = (0.25, 0.25, 0.27, 1.0)
 
 
-def panda_spec() -> mujoco.MjSpec:
+def panda_spec(detailed: bool = False) -> mujoco.MjSpec:
     """The arm of the ``gym-hil`` wheel with its gripper replaced by the Franka hand built from primitives.
+
+    Args:
+        detailed: keep the visual meshes (192,394 faces) for the human's camera beside the hulls (2,126 faces).
 
     Sites: ``tcp`` lies between the fingertips, z out of the hand, the fingers open along y.
 
@@ -46,15 +49,19 @@ def panda_spec() -> mujoco.MjSpec:
         for element in list(collection):
             spec.delete(element)
     spec.delete(spec.body("attachment"))
-    for mesh in list(spec.meshes):
-        if "robotiq" in mesh.file:
-            spec.delete(mesh)
     for body in spec.bodies:
         body.gravcomp = 1.0
-        for geom in body.geoms:
+        for geom in list(body.geoms):
+            if not detailed and geom.group == VISUAL_GROUP:
+                spec.delete(geom)
+                continue
             if geom.classname is not None and geom.classname.name == "panda/collision":
                 geom.group, geom.rgba = HULL_GROUP, _HAND_COLOUR
                 geom.contype, geom.conaffinity = ARM_CONTYPE, ARM_CONAFFINITY
+    used = {geom.meshname for geom in spec.geoms}
+    for mesh in list(spec.meshes):
+        if mesh.name not in used:
+            spec.delete(mesh)
     for name, (stiffness, damping, force) in zip(ARM_JOINTS, _SERVO, strict=True):
         _add_servo(spec, name, stiffness, damping, force)
     _add_hand(spec)

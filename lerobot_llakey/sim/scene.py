@@ -13,9 +13,13 @@ _TABLE_COLOURS = ((0.56, 0.45, 0.33), (0.62, 0.55, 0.45), (0.50, 0.43, 0.37), (0
 _OFFSCREEN = (960, 1280)
 
 
-def base_spec() -> mujoco.MjSpec:
-    """The robot on a table whose top is at z = 0, lit from above, with all cameras."""
-    spec = panda_spec()
+def base_spec(detailed: bool = False) -> mujoco.MjSpec:
+    """The robot on a table whose top is at z = 0, lit from above, with all cameras.
+
+    Args:
+        detailed: see :func:`lerobot_llakey.sim.robot.panda_spec`.
+    """
+    spec = panda_spec(detailed)
     spec.modelname = "llakey"
     option = spec.option
     option.timestep = TIMESTEP
@@ -36,7 +40,9 @@ def base_spec() -> mujoco.MjSpec:
     )
     box = mujoco.mjtGeom.mjGEOM_BOX
     table = spec.worldbody.add_body(name="table", pos=(0.35, 0.0, -0.02))
-    table.add_geom(name="table", type=box, size=(0.65, 0.7, 0.02), rgba=(*_TABLE_COLOURS[0], 1.0), friction=(0.8, 0.005, 0.0001))
+    table.add_geom(
+        name="table", type=box, size=(0.65, 0.7, 0.02), rgba=(*_TABLE_COLOURS[0], 1.0), friction=(0.8, 0.005, 0.0001)
+    )
     spec.worldbody.add_geom(
         name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, size=(3, 3, 0.1), pos=(0, 0, -0.75), rgba=(0.30, 0.32, 0.35, 1)
     )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+import functools
 from collections.abc import Callable
 
 import mujoco
@@ -31,13 +33,13 @@ class World:
 
     Args:
         task: what to build and judge.
+        detailed: whether the human's camera sees the robot's detailed meshes; they cost time to load and draw.
     """
 
-    def __init__(self, task: Task) -> None:
-        self.task = task
-        spec = base_spec()
-        task.build(spec)
-        self.model: mujoco.MjModel = spec.compile()
+    def __init__(self, task: Task, detailed: bool = False) -> None:
+        self.task, self.detailed = task, detailed
+        # A copy, since episodes paint and place things in the model itself.
+        self.model: mujoco.MjModel = copy.copy(_compiled(type(task), detailed))
         self.data = mujoco.MjData(self.model)
         self.robot = Robot(self.model)
         self.kinematics = Kinematics(self.model, self.robot)
@@ -173,3 +175,10 @@ class World:
     def paint(self, geom: str, colour: Colour) -> None:
         """Colour a geom with RGB in 0..1, keeping its opacity."""
         self.model.geom(geom).rgba[:3] = colour
+
+
+@functools.cache
+def _compiled(task: type[Task], detailed: bool) -> mujoco.MjModel:
+    spec = base_spec(detailed)
+    task().build(spec)
+    return spec.compile()

@@ -1,0 +1,114 @@
+"""``--env.type=llakey_sim``: LeRobot's configuration of the simulator."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass, field
+from typing import Any
+
+import gymnasium as gym
+from lerobot.configs import FeatureType, PolicyFeature
+from lerobot.envs.configs import EnvConfig
+from lerobot.envs.utils import _LazyAsyncVectorEnv, freeze_after_episode_end
+
+from lerobot_llakey import schema
+
+SUITE = "llakey_sim"
+
+
+@EnvConfig.register_subclass(SUITE)
+@dataclass
+class LlakeySimConfig(EnvConfig):
+    """Settings of the simulator.
+
+    Attributes:
+        task: task names separated by commas, or ``all``.
+        fps: frames a second of the videos that lerobot-eval writes, one frame for each keyframe action.
+        split: which range of scene seeds episodes come from: train, val or test.
+        image_size: height and width in pixels of the four RGB-D cameras.
+        episode_length: keyframe actions after which an episode ends (paper: 25).
+        oracle_instructions: add the expert's instruction from the present state to each observation.
+        render_size: height and width in pixels of the pictures made for people.
+        detailed: show the robot's detailed meshes in pictures made for people.
+        features: what an observation holds, derived from image_size.
+        features_map: names of the features in LeRobot's observations.
+
+    Raises:
+        ValueError: if a setting is out of range, or several tasks are to share a policy between threads.
+    """
+
+    task: str | None = "all"
+    fps: int = 2
+    split: str = "test"
+    image_size: int = schema.IMAGE_SIZE
+    episode_length: int = 25
+    oracle_instructions: bool = False
+    render_size: tuple[int, int] = (480, 640)
+    detailed: bool = False
+    features: dict[str, PolicyFeature] = field(default_factory=dict)
+    features_map: dict[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if self.max_parallel_tasks > 1:
+            raise ValueError(
+                f"Expected max_parallel_tasks=1, got {self.max_parallel_tasks}: the tasks would share one policy's state "
+                "between threads; raise eval.batch_size instead."
+            )
+        if self.split not in schema.SEED_RANGES:
+            raise ValueError(
+                f"Expected a split out of {sorted(schema.SEED_RANGES)}, got {self.split!r}; set env.split."
+            )
+        if self.image_size < 16 or self.episode_length < 1:
+            raise ValueError(
+                f"Expected image_size >= 16 and episode_length >= 1, got {self.image_size} and {self.episode_length}."
+            )
+        size = self.image_size
+        self.features = {
+            schema.ACTION: PolicyFeature(FeatureType.ACTION, (schema.ACTION_DIM,)),
+            "agent_pos": PolicyFeature(FeatureType.STATE, (schema.STATE_DIM,)),
+        }
+        self.features_map = {schema.ACTION: schema.ACTION, "agent_pos": schema.STATE}
+        for camera in schema.CAMERAS:
+            self.features[f"pixels/{camera}"] = PolicyFeature(FeatureType.VISUAL, (size, size, 3))
+            self.features_map[f"pixels/{camera}"] = schema.image_key(camera)
+            self.features[f"images.{camera}_depth"] = PolicyFeature(FeatureType.VISUAL, (size, size, 1))
+            self.features_map[f"images.{camera}_depth"] = schema.depth_key(camera)
+
+    @property
+    def gym_kwargs(self) -> dict[str, Any]:
+        """Arguments of :class:`lerobot_llakey.sim.env.LlakeySimEnv` beside the task."""
+        return {
+            "split": self.split,
+            "image_size": self.image_size,
+            "episode_length": self.episode_length,
+            "oracle_instructions": self.oracle_instructions,
+            "render_size": tuple(self.render_size),
+            "render_fps": self.fps,
+            "detailed": self.detailed,
+        }
+
+    def create_envs(self, n_envs: int, use_async_envs: bool = False) -> dict[str, dict[int, gym.vector.VectorEnv]]:
+        """One vector environment of ``n_envs`` copies for each task: ``{task: {0: VectorEnv}}``.
+
+        Each task is a suite of its own, so that lerobot-eval reports it by name.
+
+        Raises:
+            ValueError: if a task is unknown.
+        """
+        # MuJoCo is needed from here on only, so that policies load without it.
+        from lerobot_llakey.sim.env import LlakeySimEnv
+        from lerobot_llakey.sim.tasks import parse_tasks
+
+        envs: dict[str, dict[int, gym.vector.VectorEnv]] = {}
+        for task in parse_tasks(self.task or ""):
+            makers = [functools.partial(LlakeySimEnv, task, **self.gym_kwargs) for _ in range(n_envs)]
+            if use_async_envs and n_envs > 1:
+                probe = makers[0]()
+                vector = _LazyAsyncVectorEnv(makers, probe.observation_space, probe.action_space, probe.metadata)
+            else:
+                vector = gym.vector.SyncVectorEnv(
+                    [freeze_after_episode_end(maker) for maker in makers],
+                    autoreset_mode=gym.vector.AutoresetMode.NEXT_STEP,
+                )
+            envs[task] = {0: vector}
+        return envs

@@ -1,0 +1,191 @@
+"""``llakey_sim`` as a Gymnasium environment: one step is one keyframe action."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from gymnasium import spaces
+
+from lerobot_llakey import schema
+from lerobot_llakey.geometry import Pose
+from lerobot_llakey.sim.cameras import CameraRig
+from lerobot_llakey.sim.planning import PlanningError
+from lerobot_llakey.sim.tasks import make_task
+from lerobot_llakey.sim.world import World
+
+_HALF = 0.5
+
+
+class LlakeySimEnv(gym.Env):
+    """A task in the simulator.
+
+    An action is the contract's keyframe (9,): the arm plans and moves there, then the gripper opens or closes, and
+    things come to rest. A pose that cannot be reached is a step without motion: ``info["moved"]`` is false and
+    ``info["failure"]`` says why. Reward is 1 at the step that solves the task.
+
+    The scene and its OpenGL context are made at the first reset, in the process that uses them.
+
+    Args:
+        task: name of the task.
+        split: range of scene seeds: train, val or test.
+        image_size: height and width in pixels of the cameras.
+        episode_length: actions after which an episode is cut off.
+        oracle_instructions: add the expert's instruction, encoded as text, to the observation.
+        render_size: height and width in pixels of :meth:`render`.
+        render_fps: frames a second of videos with one frame an action.
+        detailed: show the robot's detailed meshes to people.
+
+    Raises:
+        ValueError: if the task or the split is unknown.
+    """
+
+    def __init__(
+        self,
+        task: str,
+        split: str = "test",
+        image_size: int = schema.IMAGE_SIZE,
+        episode_length: int = 25,
+        oracle_instructions: bool = False,
+        render_size: tuple[int, int] = (480, 640),
+        render_fps: int = 2,
+        detailed: bool = False,
+    ) -> None:
+        schema.scene_seed(split, 0)
+        self._task = make_task(task)
+        self.task, self.split = self._task.name, split
+        self.render_mode = "rgb_array"
+        self.metadata = {"render_modes": ["rgb_array"], "render_fps": render_fps}
+        self._max_episode_steps = episode_length
+        self._oracle_instructions = oracle_instructions
+        self._image_size, self._render_size, self._detailed = image_size, render_size, detailed
+        self._world: World | None = None
+        self._rig: CameraRig | None = None
+        self._elapsed = 0
+        self._on_frame: Callable[[np.ndarray], None] | None = None
+        self.observation_space = _observation_space(image_size, oracle_instructions)
+        self.action_space = spaces.Box(-2.0, 2.0, (schema.ACTION_DIM,), np.float32)
+
+    @property
+    def task_description(self) -> str:
+        """The episode's skill instruction; the task's name before the first reset."""
+        return self._task.description or self.task
+
+    @property
+    def world(self) -> World:
+        """The scene, made at first use."""
+        if self._world is None:
+            self._world = World(self._task, self._detailed)
+        return self._world
+
+    @property
+    def rig(self) -> CameraRig:
+        """The cameras, made at first use."""
+        if self._rig is None:
+            self._rig = CameraRig(self.world.model, self._image_size)
+        return self._rig
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Start the episode of a seed within the split; ``options["variation"]`` asks for a variation."""
+        super().reset(seed=seed)
+        index = int(self.np_random.integers(len(schema.SEED_RANGES[self.split]))) if seed is None else seed
+        self.world.observe(None)
+        self.world.reset(schema.scene_seed(self.split, index), (options or {}).get("variation"))
+        self._watch()
+        self._elapsed = 0
+        return self._observation(), self._info(success=self._task.success(self.world), failure="")
+
+    def step(self, action: np.ndarray) -> tuple[dict[str, Any], float, bool, bool, dict[str, Any]]:
+        """Carry out one keyframe action (9,).
+
+        Raises:
+            ValueError: if the action has another shape, is not finite or has a zero quaternion.
+        """
+        action = np.asarray(action, dtype=np.float64)
+        if action.shape != (schema.ACTION_DIM,) or not np.isfinite(action).all():
+            raise ValueError(
+                f"Expected an action of {schema.ACTION_DIM} finite numbers ({', '.join(schema.ACTION_NAMES)}), "
+                f"got {action}; check the policy's output."
+            )
+        target = Pose(action[schema.POSITION], action[schema.QUATERNION])
+        failure = ""
+        try:
+            self.world.motion.execute(
+                target, action[schema.GRIPPER] > _HALF, bool(action[schema.IGNORE_COLLISION] > _HALF)
+            )
+        except PlanningError as error:
+            failure = error.reason
+        self._elapsed += 1
+        success = self._task.success(self.world)
+        truncated = self._elapsed >= self._max_episode_steps and not success
+        return self._observation(), float(success), success, truncated, self._info(success, failure)
+
+    def render(self) -> np.ndarray:
+        """(height, width, 3) uint8 picture for people."""
+        return self.rig.render_for_people(self.world.data, *self._render_size)
+
+    def watch(self, on_frame: Callable[[np.ndarray], None] | None, fps: float = 25.0) -> None:
+        """Hand every simulated frame (height, width, 3) at ``fps`` to a callback from now on; None stops it."""
+        self._on_frame, self._watch_fps = on_frame, fps
+        if self._world is not None:
+            self._watch()
+
+    def oracle_instruction(self) -> str:
+        """The expert's instruction from the present state; empty when it has nothing left to do."""
+        waypoints = self._task.plan(self.world)
+        return waypoints[0].instruction if waypoints else ""
+
+    def close(self) -> None:
+        if self._rig is not None:
+            self._rig.close()
+        self._rig = self._world = None
+
+    def _watch(self) -> None:
+        callback = self._on_frame
+        if callback is None:
+            self.world.observe(None)
+        else:
+            self.world.observe(lambda: callback(self.render()), self._watch_fps)
+
+    def _observation(self) -> dict[str, Any]:
+        pictures = self.rig.render_all(self.world.data)
+        observation: dict[str, Any] = {
+            "pixels": {camera: pictures[camera].rgb for camera in schema.CAMERAS},
+            "agent_pos": self.world.state(),
+            "camera_intrinsics": np.stack([pictures[camera].intrinsics for camera in schema.CAMERAS]),
+            "camera_extrinsics": np.stack([pictures[camera].extrinsics for camera in schema.CAMERAS]),
+        }
+        for camera in schema.CAMERAS:
+            observation[f"images.{camera}_depth"] = pictures[camera].depth[None]
+        if self._oracle_instructions:
+            observation["oracle_instruction"] = schema.encode_text(self.oracle_instruction())
+        return observation
+
+    def _info(self, success: bool, failure: str) -> dict[str, Any]:
+        return {
+            "is_success": success,
+            "moved": not failure,
+            "failure": failure,
+            "variation": self._task.variation,
+            "sequence": self._task.sequence,
+        }
+
+
+def _observation_space(size: int, oracle_instructions: bool) -> spaces.Dict:
+    count = len(schema.CAMERAS)
+    everything = {"low": -np.inf, "high": np.inf, "dtype": np.float32}
+    space: dict[str, spaces.Space] = {
+        "pixels": spaces.Dict({camera: spaces.Box(0, 255, (size, size, 3), np.uint8) for camera in schema.CAMERAS}),
+        "agent_pos": spaces.Box(shape=(schema.STATE_DIM,), **everything),
+        "camera_intrinsics": spaces.Box(shape=(count, 3, 3), **everything),
+        "camera_extrinsics": spaces.Box(shape=(count, 4, 4), **everything),
+    }
+    for camera in schema.CAMERAS:
+        space[f"images.{camera}_depth"] = spaces.Box(0.0, np.inf, (1, size, size), np.float32)
+    if oracle_instructions:
+        space["oracle_instruction"] = spaces.Box(shape=(schema.TEXT_LENGTH,), **everything)
+    return spaces.Dict(space)
