@@ -1,5 +1,6 @@
 """LLaKey for LeRobot: importing this package registers its environment and its policies with LeRobot."""
 
 from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
+from lerobot_llakey.sim.configuration_llakey_sim import LlakeySimConfig
 
-__all__ = ["LlakeyCommandConfig"]
+__all__ = ["LlakeyCommandConfig", "LlakeySimConfig"]
