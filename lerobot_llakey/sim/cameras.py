@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import atexit
+import functools
 import weakref
 from dataclasses import dataclass
 
@@ -73,8 +75,6 @@ class CameraRig:
     def __init__(self, model: mujoco.MjModel, size: int) -> None:
         self.model, self.size = model, size
         self._renderers: dict[tuple[int, int], mujoco.Renderer] = {}
-        # Contexts must go before the interpreter takes the OpenGL module down.
-        self.close = weakref.finalize(self, _close_all, self._renderers)
         self._policy_view = _view_option(HULL_GROUP, VISUAL_GROUP)
         detailed = bool((model.geom_group == VISUAL_GROUP).any())
         self._human_view = _view_option(VISUAL_GROUP, HULL_GROUP) if detailed else self._policy_view
@@ -85,6 +85,8 @@ class CameraRig:
             renderer.scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = False
             renderer.scene.flags[mujoco.mjtRndFlag.mjRND_REFLECTION] = False
             self._renderers[height, width] = renderer
+            _LIVE.add(self)
+            _close_at_exit()
         return self._renderers[height, width]
 
     def render(self, data: mujoco.MjData, camera: str) -> RGBD:
@@ -109,11 +111,20 @@ class CameraRig:
         renderer.update_scene(data, VIEWER, self._human_view)
         return renderer.render().copy()
 
+    def close(self) -> None:
+        """Free the OpenGL contexts; the rig can render again afterwards."""
+        for renderer in self._renderers.values():
+            renderer.close()
+        self._renderers.clear()
 
-def _close_all(renderers: dict[tuple[int, int], mujoco.Renderer]) -> None:
-    for renderer in renderers.values():
-        renderer.close()
-    renderers.clear()
+
+_LIVE: weakref.WeakSet[CameraRig] = weakref.WeakSet()
+
+
+@functools.cache
+def _close_at_exit() -> None:
+    """Free contexts before MuJoCo shuts EGL down: exit handlers run in reverse, so this is called after its own."""
+    atexit.register(lambda: [rig.close() for rig in list(_LIVE)])
 
 
 def camera_to_base(data: mujoco.MjData, camera: int) -> np.ndarray:

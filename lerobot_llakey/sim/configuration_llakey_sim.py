@@ -51,8 +51,8 @@ class LlakeySimConfig(EnvConfig):
     def __post_init__(self) -> None:
         if self.max_parallel_tasks > 1:
             raise ValueError(
-                f"Expected max_parallel_tasks=1, got {self.max_parallel_tasks}: the tasks would share one policy's state "
-                "between threads; raise eval.batch_size instead."
+                f"Expected max_parallel_tasks=1, got {self.max_parallel_tasks}: the tasks would share "
+                "one policy's state between threads; raise eval.batch_size instead."
             )
         if self.split not in schema.SEED_RANGES:
             raise ValueError(

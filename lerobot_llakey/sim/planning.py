@@ -12,8 +12,8 @@ from scipy.spatial.transform import Rotation, Slerp
 from lerobot_llakey.geometry import Pose
 from lerobot_llakey.sim.kinematics import Kinematics
 from lerobot_llakey.sim.mujoco_poses import wxyz
-from lerobot_llakey.sim.rrt_connect import rrt_connect
 from lerobot_llakey.sim.robot import Robot
+from lerobot_llakey.sim.rrt_connect import rrt_connect
 
 _STEP_METRES, _STEP_RADIANS = 0.03, 0.15
 _MAX_JOINT_STEP = 0.6
@@ -142,5 +142,3 @@ class Planner:
         contact = scratch.contact
         pairs = contact.geom[contact.dist < -_PENETRATION]
         return {(int(a), int(b)) for a, b in pairs if moving[a] != moving[b]}
-
-

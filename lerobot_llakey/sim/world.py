@@ -9,7 +9,6 @@ from collections.abc import Callable
 import mujoco
 import numpy as np
 
-from lerobot_llakey import schema
 from lerobot_llakey.geometry import Pose
 from lerobot_llakey.sim.kinematics import Kinematics
 from lerobot_llakey.sim.motion import Motion

@@ -134,6 +134,11 @@ def _add_drawer(cabinet: mujoco.MjsBody, name: str, z: float) -> None:
         type=box, size=(_HANDLE_REACH / 2, 0.008, 0.008), pos=(front - _HANDLE_REACH / 2, 0, 0), rgba=_METAL, mass=0.02
     )
     drawer.add_geom(
-        type=box, size=(0.013, 0.024, 0.013), pos=(front - _HANDLE_REACH, 0, 0), rgba=_METAL, mass=0.03, friction=(1.2, 0.01, 0.0001)
+        type=box,
+        size=(0.013, 0.024, 0.013),
+        pos=(front - _HANDLE_REACH, 0, 0),
+        rgba=_METAL,
+        mass=0.03,
+        friction=(1.2, 0.01, 0.0001),
     )
     drawer.add_site(name=f"{name}_handle", pos=(front - _HANDLE_REACH, 0, 0), group=5)
