@@ -1,0 +1,39 @@
+"""Makes one checkpoint out of a trained command policy and a trained action policy."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from lerobot_llakey.policies.hierarchy.configuration_llakey import LlakeyConfig
+from lerobot_llakey.policies.hierarchy.modeling_llakey import LlakeyPolicy
+from lerobot_llakey.policies.hierarchy.processor_llakey import make_llakey_pre_post_processors
+
+
+def compose(command_path: str | Path, action_path: str | Path, output_dir: str | Path, **settings: Any) -> LlakeyPolicy:
+    """Save a checkpoint that holds both parts and stands alone: ``--policy.path=output_dir`` loads it.
+
+    Args:
+        command_path: Hub name or folder of the command policy.
+        action_path: Hub name or folder of the action policy.
+        output_dir: folder to write.
+        **settings: other fields of :class:`LlakeyConfig`, such as ``repeat_threshold``.
+
+    Returns:
+        The policy, ready to act.
+
+    Raises:
+        FileNotFoundError: if a path holds no checkpoint.
+        ValueError: if one is a checkpoint of another kind.
+    """
+    config = LlakeyConfig(command_path=str(command_path), action_path=str(action_path), **settings)
+    policy = LlakeyPolicy(config).eval()
+    save(policy, output_dir)
+    return policy
+
+
+def save(policy: LlakeyPolicy, output_dir: str | Path) -> None:
+    """Write a policy together with its processors, as a training run of LeRobot does."""
+    policy.save_pretrained(output_dir)
+    for pipeline in make_llakey_pre_post_processors(policy.config):
+        pipeline.save_pretrained(output_dir)

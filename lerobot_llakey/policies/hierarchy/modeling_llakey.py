@@ -1,0 +1,247 @@
+"""The hierarchical policy: the command policy says the next basic action, the action policy does it, and so on."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+import torch
+from huggingface_hub import snapshot_download
+from lerobot.configs import FeatureType, PolicyFeature, PreTrainedConfig
+from lerobot.policies.pretrained import PreTrainedPolicy
+from lerobot.utils.device_utils import resolve_safetensors_device
+from safetensors.torch import load_model
+from torch import Tensor
+
+from lerobot_llakey import schema
+from lerobot_llakey.policies.action.modeling_llakey_action import LlakeyActionPolicy
+from lerobot_llakey.policies.command.model import save_assets
+from lerobot_llakey.policies.command.modeling_llakey_command import ASSETS, LlakeyCommandPolicy
+from lerobot_llakey.policies.hierarchy.configuration_llakey import LlakeyConfig
+from lerobot_llakey.policies.hierarchy.parts import check_keys, load_part, parameter_groups
+from lerobot_llakey.policies.hierarchy.supervisor import Supervisor, SupervisorSettings
+
+
+class LlakeyPolicy(PreTrainedPolicy):
+    """LLaKey: two policies in a loop, with its memory kept per row of the batch (algorithm 1 of the paper).
+
+    A checkpoint is one ``config.json`` with the settings and one ``model.safetensors`` with the weights of both parts.
+
+    Args:
+        config: the settings; parts come from ``command_path`` and ``action_path`` where given, else they are fresh.
+        dataset_stats, dataset_meta: of the training dataset, handed to fresh parts.
+        assets_dir: folder of a pretrained language model's architecture, set by :meth:`from_pretrained`.
+
+    Attributes:
+        last_instructions: the instruction being carried out in each row, for overlays.
+        supervisors: one for each row since the last :meth:`reset`.
+    """
+
+    config_class = LlakeyConfig
+    name = "llakey"
+    config: LlakeyConfig
+
+    def __init__(
+        self,
+        config: LlakeyConfig,
+        dataset_stats: Mapping[str, Any] | None = None,
+        dataset_meta: Any | None = None,
+        assets_dir: Path | None = None,
+        **_: Any,
+    ) -> None:
+        super().__init__(config)
+        context: dict[str, Any] = {"dataset_stats": dataset_stats, "dataset_meta": dataset_meta}
+        for part in (config.command, config.action):
+            part.device = config.device
+            part.input_features = part.input_features or dict(config.input_features or {})
+            part.output_features = part.output_features or dict(config.output_features or {})
+        self.command: LlakeyCommandPolicy | None = None
+        if config.has_command and config.command_path is None:
+            self.command = LlakeyCommandPolicy(config.command, **context, assets_dir=assets_dir)
+        self.action: LlakeyActionPolicy
+        if config.action_path is None:
+            self.action = LlakeyActionPolicy(config.action, **context)
+        self._load_parts()
+        self._resets = 0
+        self.reset()
+
+    def _load_parts(self) -> None:
+        """Put the parts that the settings name by path in place, and freeze what is not trained."""
+        config = self.config
+        if config.has_command and config.command_path is not None:
+            self.command = load_part(LlakeyCommandPolicy, config.command_path, config.device)
+            config.command = self.command.config
+        if config.action_path is not None:
+            self.action = load_part(LlakeyActionPolicy, config.action_path, config.device)
+            config.action = self.action.config
+        config.command_path = config.action_path = None
+        parts: list[PreTrainedConfig] = [config.action, config.command] if config.has_command else [config.action]
+        # Only what the parts read: LeRobot's normaliser would trip over a dataset's text columns.
+        config.input_features = {schema.STATE: PolicyFeature(FeatureType.STATE, (schema.STATE_DIM,))}
+        for part in parts:
+            config.input_features |= part.input_features or {}
+        config.output_features = dict(config.action.output_features or {})
+        if self.command is not None and not config.train_command:
+            self.command.requires_grad_(False)
+        if not config.train_action:
+            self.action.requires_grad_(False)
+
+    @classmethod
+    def from_pretrained(
+        cls, pretrained_name_or_path: str | Path, *, config: PreTrainedConfig | None = None, **kwargs: Any
+    ) -> LlakeyPolicy:
+        """Load a saved checkpoint that holds both parts, from a folder or the Hub.
+
+        A ``command_path`` or ``action_path`` in ``config`` then replaces that part.
+
+        Raises:
+            ValueError: if it is a checkpoint of another kind.
+        """
+        folder = Path(pretrained_name_or_path)
+        if not folder.is_dir():
+            names = ("revision", "cache_dir", "force_download", "token", "local_files_only")
+            options = {name: kwargs[name] for name in names if name in kwargs}
+            folder = Path(snapshot_download(str(pretrained_name_or_path), **options))
+        config = config or PreTrainedConfig.from_pretrained(folder)
+        if not isinstance(config, LlakeyConfig):
+            raise ValueError(
+                f"Expected a checkpoint of type 'llakey' at {pretrained_name_or_path}, got one of type "
+                f"{config.type!r}: a checkpoint of another kind; a part goes in command_path or action_path."
+            )
+        paths = config.command_path, config.action_path
+        config.command_path = config.action_path = None
+        if (folder / ASSETS).is_dir():
+            kwargs["assets_dir"] = folder / ASSETS
+        policy = super().from_pretrained(folder, config=config, **kwargs)
+        config.command_path, config.action_path = paths
+        policy._load_parts()
+        return policy.to(config.device).eval()
+
+    @classmethod
+    def _load_as_safetensor(cls, model: LlakeyPolicy, model_file: str, map_location: str, strict: bool) -> LlakeyPolicy:
+        try:
+            missing, unexpected = load_model(
+                model, model_file, strict=False, device=resolve_safetensors_device(map_location)
+            )
+        except RuntimeError as error:
+            raise ValueError(
+                f"Expected weights that fit the settings, got a checkpoint of another kind in {model_file} "
+                f"({str(error).splitlines()[-1].strip()}); give a checkpoint saved with these settings."
+            ) from error
+        left_out = () if model.command is not None else ("command.",)
+        check_keys(model_file, missing, [key for key in unexpected if not key.startswith(left_out)])
+        return model
+
+    def get_optim_params(self) -> list[dict[str, Any]]:
+        """Parameter groups of the parts that are trained."""
+        groups = []
+        if self.command is not None and self.config.train_command:
+            groups += parameter_groups(self.command, self.config.command_lr_multiplier)
+        if self.config.train_action:
+            groups += parameter_groups(self.action, self.config.action_lr_multiplier)
+        return groups
+
+    def forward(self, batch: dict[str, Any], reduction: str = "mean") -> tuple[Tensor, dict[str, Any]]:
+        """Sum of the losses of the parts that are trained.
+
+        Args:
+            batch: what both parts need; see their ``forward``.
+            reduction: "mean", or "none" for one loss a sample (B,).
+
+        Returns:
+            The loss, and both parts' metrics under ``command_...`` and ``action_...``.
+        """
+        losses: list[Tensor] = []
+        metrics: dict[str, Any] = {}
+        options = {} if reduction == "mean" else {"reduction": reduction}
+        for name, part in (("command", self.command), ("action", self.action)):
+            if part is None or not getattr(self.config, f"train_{name}"):
+                continue
+            loss, details = part.forward(batch, **options)
+            losses.append(loss)
+            metrics[f"{name}_loss"] = float(loss.detach().mean())
+            metrics |= {f"{name}_{key.removeprefix(f'{name}_')}": value for key, value in (details or {}).items()}
+        return torch.stack(losses).sum(0), metrics
+
+    def reset(self) -> None:
+        """Forget all episodes; the next batch sets the number of rows."""
+        self._resets += 1
+        self.supervisors: list[Supervisor] = []
+        self.last_instructions: list[str] = []
+        for part in (self.command, self.action):
+            if part is not None:
+                part.reset()
+
+    @torch.no_grad()
+    def select_action(self, batch: dict[str, Any], **kwargs: Any) -> Tensor:
+        """One step of algorithm 1 for every row.
+
+        Args:
+            batch: the observation, with ``observation.state`` (B, 15), and ``task`` as a list of str.
+            **kwargs: ignored; LeRobot's interface allows them.
+
+        Returns:
+            Actions (B, 9): poses in metres and unit quaternions xyzw, gripper, collision flag.
+
+        Raises:
+            ValueError: if the number of rows changed without a reset, or something is missing in the batch.
+        """
+        if schema.STATE not in batch:
+            raise ValueError(
+                f"Expected {schema.STATE!r} in the batch, got {sorted(batch)}; use an environment that has it."
+            )
+        states: np.ndarray = batch[schema.STATE].float().cpu().numpy()
+        self._begin(len(states))
+        said = self._commanded(batch, len(states))
+        self.last_instructions = [row.accept(text) for row, text in zip(self.supervisors, said, strict=True)]
+        actions = self.action.select_action({**batch, schema.INSTRUCTION: list(self.last_instructions)})
+        proposed = actions.float().cpu().numpy()
+        rows = zip(self.supervisors, proposed, states, strict=True)
+        adjusted = [supervisor.adjust(action, state) for supervisor, action, state in rows]
+        return torch.from_numpy(np.stack(adjusted)).to(actions.device)
+
+    def predict_action_chunk(self, batch: dict[str, Any], **kwargs: Any) -> Tensor:
+        """One step as a chunk (B, 1, 9)."""
+        return self.select_action(batch)[:, None]
+
+    def _begin(self, rows: int) -> None:
+        """Set up the rows at the first step of an episode."""
+        if not self.supervisors:
+            config = self.config
+            settings = SupervisorSettings(
+                repeat_threshold=config.repeat_threshold,
+                random_move_probability=config.random_move_probability,
+                random_move_radius=config.random_move_radius,
+                workspace=cast(schema.Workspace, config.action.workspace),
+                fallback=config.fallback_instruction,
+                free_text=config.commander == "task",
+            )
+            seeds = [(config.seed, self._resets, row) for row in range(rows)]
+            self.supervisors = [Supervisor(settings, np.random.default_rng(seed)) for seed in seeds]
+        if len(self.supervisors) != rows:
+            raise ValueError(
+                f"Expected a batch of {len(self.supervisors)} rows as in the step before, got {rows}; call reset() "
+                "between episodes."
+            )
+
+    def _commanded(self, batch: Mapping[str, Any], rows: int) -> list[str]:
+        """What the commander says to each row."""
+        if self.command is not None:
+            previous = [row.previous for row in self.supervisors]
+            return self.command.next_instructions({**batch, schema.PREVIOUS_INSTRUCTION: previous})
+        key = schema.TASK if self.config.commander == "task" else schema.ORACLE_INSTRUCTION
+        if key not in batch:
+            raise ValueError(
+                f"Expected {key!r} in the batch for commander={self.config.commander!r}, got {sorted(batch)}; switch "
+                "it on in the environment (--env.oracle=true for the oracle) or use commander=policy."
+            )
+        if key == schema.ORACLE_INSTRUCTION:
+            return [schema.decode_text(codes.cpu()) for codes in batch[key]]
+        return [batch[key]] * rows if isinstance(batch[key], str) else [str(text) for text in batch[key]]
+
+    def _save_pretrained(self, save_directory: Path, state_dict: dict[str, Tensor] | None = None) -> None:
+        super()._save_pretrained(save_directory, state_dict=state_dict)
+        if self.command is not None and self.command._processor is not None:
+            save_assets(Path(save_directory) / ASSETS, self.command.model, self.command._processor)
