@@ -1,0 +1,53 @@
+"""Random rigid motions of the whole scene (PerAct, RVT): cloud, target and present pose move together."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+from lerobot_llakey import geometry
+
+
+@dataclass
+class RigidMotion:
+    """A turn about the vertical through a pivot, then a translation; one for each row of a batch.
+
+    Attributes:
+        yaw: (B,) radians.
+        pivot: (B, 3) metres.
+        translation: (B, 3) metres.
+    """
+
+    yaw: Tensor
+    pivot: Tensor
+    translation: Tensor
+
+    def move_points(self, points: Tensor) -> Tensor:
+        """Points (B, N, 3) after the motion."""
+        cos, sin = self.yaw.cos()[:, None], self.yaw.sin()[:, None]
+        x, y, z = (points - self.pivot[:, None]).unbind(-1)
+        turned = torch.stack((cos * x - sin * y, sin * x + cos * y, z), dim=-1)
+        return turned + (self.pivot + self.translation)[:, None]
+
+    def move_quaternion(self, quaternion: Tensor) -> Tensor:
+        """Quaternions (B, 4) xyzw after the motion."""
+        cos, sin, zero = self.yaw.cos(), self.yaw.sin(), torch.zeros_like(self.yaw)
+        rows = (cos, -sin, zero, sin, cos, zero, zero, zero, zero + 1)
+        turn = torch.stack(rows, dim=-1).unflatten(-1, (3, 3))
+        return geometry.matrix_to_quaternion(turn @ geometry.quaternion_to_matrix(quaternion))
+
+
+def sample_motion(target: Tensor, workspace: Tensor, translation: float, yaw_degrees: float) -> RigidMotion:
+    """Draw a motion for each target position (B, 3) that leaves it inside the workspace (3, 2), both in metres.
+
+    The turn is about the target itself, so that only the translation moves it, and that is limited to what fits.
+    """
+    yaw = (torch.rand(target.shape[0], device=target.device) * 2 - 1) * math.radians(yaw_degrees)
+    margin = 0.01 * (workspace[:, 1] - workspace[:, 0])
+    low = (workspace[:, 0] + margin - target).clamp(-translation, 0.0)
+    high = (workspace[:, 1] - margin - target).clamp(0.0, translation)
+    shift = low + torch.rand_like(target) * (high - low)
+    return RigidMotion(yaw, target, shift)

@@ -1,0 +1,191 @@
+"""Settings of the action policy: instruction and RGB-D views in, next keyframe pose out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from lerobot.configs import PreTrainedConfig
+from lerobot.configs.types import FeatureType, NormalizationMode, PolicyFeature
+from lerobot.optim import AdamWConfig
+from lerobot.optim.schedulers import CosineAnnealingWithWarmupSchedulerConfig
+
+from lerobot_llakey import schema
+from lerobot_llakey.policies.action.renderer import VIEWS
+
+CONDITIONS = ("instruction", "task", "both")
+INSTRUCTION_SOURCES = ("instruction", "oracle")
+
+
+@PreTrainedConfig.register_subclass("llakey_action")
+@dataclass
+class LlakeyActionConfig(PreTrainedConfig):
+    """An RVT-like two-stage keyframe policy (LLaKey section III-D; RVT; RVT-2 for the zoomed second stage).
+
+    Attributes:
+        cameras: names of the cameras that are fused into the cloud, in the order of the stacked intrinsics.
+        workspace: bounds ((x), (y), (z)) in metres, base frame, of the cloud and of every keyframe.
+        views: virtual orthographic views that are rendered, names of :data:`renderer.VIEWS`.
+        view_size: height and width of a rendered view in pixels, a multiple of 16.
+        crop_size: edge in metres of the cube around the first stage's point that the second stage renders.
+        crop_noise: the training crops are centred on the target plus uniform noise up to this, in metres.
+        splat_radius: pixels by which points grow, for the first and the second stage.
+        condition_on: which text steers the policy: the basic action's instruction, the skill's task, or both.
+        instruction_source: "oracle" reads the expert's instruction from the environment where none was given.
+        use_state: also condition on the present end-effector pose and gripper opening.
+        rotation_bins: bins for each of the three angles over a full turn; 72 are 5 degrees each.
+        text_width, text_layers, text_buckets, text_length: the word-level text encoder trained along.
+        colour_queries: text-conditioned colour channels added to every rendered pixel.
+        widths: channels at 1/4, 1/8 and 1/16 of the view size.
+        blocks: convolutional blocks at 1/4 and 1/8, on the way down; one each on the way up.
+        transformer_layers, transformer_heads: the multi-view transformer at 1/16.
+        heat_sigma_start, heat_sigma_end: standard deviation in pixels of the heat maps' target, shrinking linearly
+            over ``heat_shrink_steps`` training steps, then constant.
+        augment_translation: metres along each axis; ``augment_yaw``: degrees about z.
+        position_weight, rotation_weight, gripper_weight, collision_weight: weights of the loss's parts.
+        weight_key: batch key of optional sample weights (B,) or (B, 1); must start with "observation." to get through
+            LeRobot's processors.
+        paraphrase_probability: share of training texts that are replaced by a synonym.
+        dtype: autocast type, "bfloat16" or "float32"; weights stay in float32.
+    """
+
+    normalization_mapping: dict[str, NormalizationMode] = field(
+        default_factory=lambda: {kind.value: NormalizationMode.IDENTITY for kind in FeatureType}
+    )
+
+    cameras: list[str] = field(default_factory=lambda: list(schema.CAMERAS))
+    workspace: list[list[float]] = field(default_factory=lambda: [list(bounds) for bounds in schema.WORKSPACE])
+    views: list[str] = field(default_factory=lambda: ["top", "front", "side"])
+    view_size: int = 112
+    crop_size: float = 0.24
+    crop_noise: float = 0.04
+    splat_radius: list[int] = field(default_factory=lambda: [0, 1])
+
+    condition_on: str = "instruction"
+    instruction_source: str = "oracle"
+    use_state: bool = True
+    rotation_bins: int = 72
+
+    text_width: int = 128
+    text_layers: int = 2
+    text_buckets: int = 1024
+    text_length: int = 32
+    colour_queries: int = 8
+    widths: list[int] = field(default_factory=lambda: [64, 128, 192])
+    blocks: list[int] = field(default_factory=lambda: [1, 2])
+    transformer_layers: int = 3
+    transformer_heads: int = 6
+
+    heat_sigma_start: float = 3.0
+    heat_sigma_end: float = 1.0
+    heat_shrink_steps: int = 2000
+    augment_translation: float = 0.125
+    augment_yaw: float = 45.0
+    position_weight: float = 1.0
+    rotation_weight: float = 1.0
+    gripper_weight: float = 1.0
+    collision_weight: float = 1.0
+    weight_key: str = schema.SAMPLE_WEIGHT
+    paraphrase_probability: float = 0.1
+    dtype: str = "bfloat16"
+
+    optimizer_lr: float = 1e-3
+    optimizer_weight_decay: float = 1e-2
+    optimizer_grad_clip_norm: float = 5.0
+    scheduler_warmup_steps: int = 200
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.condition_on not in CONDITIONS:
+            raise ValueError(
+                f"Expected condition_on out of {CONDITIONS}, got {self.condition_on!r}; pick one of these."
+            )
+        if self.instruction_source not in INSTRUCTION_SOURCES:
+            raise ValueError(
+                f"Expected instruction_source out of {INSTRUCTION_SOURCES}, got {self.instruction_source!r}; "
+                "pick one of these."
+            )
+        if self.dtype not in ("bfloat16", "float32"):
+            raise ValueError(f"Expected dtype 'bfloat16' or 'float32', got {self.dtype!r}; pick one of these.")
+        if self.view_size % 16:
+            raise ValueError(f"Expected view_size to be a multiple of 16, got {self.view_size}; try 112 or 128.")
+        if unknown := [name for name in self.views if name not in VIEWS]:
+            raise ValueError(f"Expected views out of {', '.join(VIEWS)}, got {', '.join(unknown)}; pick some of these.")
+        if {axis for name in self.views for axis in VIEWS[name][:2]} != {0, 1, 2}:
+            raise ValueError(f"Expected views that show x, y and z, got {', '.join(self.views)}; add another view.")
+        if len(self.workspace) != 3 or any(len(bounds) != 2 or bounds[0] >= bounds[1] for bounds in self.workspace):
+            raise ValueError(
+                f"Expected workspace as three (low, high) pairs in metres, got {self.workspace}; correct it."
+            )
+
+    @property
+    def observation_delta_indices(self) -> None:
+        return None
+
+    @property
+    def action_delta_indices(self) -> None:
+        return None
+
+    @property
+    def reward_delta_indices(self) -> None:
+        return None
+
+    def get_optimizer_preset(self) -> AdamWConfig:
+        return AdamWConfig(
+            lr=self.optimizer_lr,
+            weight_decay=self.optimizer_weight_decay,
+            grad_clip_norm=self.optimizer_grad_clip_norm,
+            betas=(0.9, 0.98),
+        )
+
+    def get_scheduler_preset(self) -> CosineAnnealingWithWarmupSchedulerConfig:
+        return CosineAnnealingWithWarmupSchedulerConfig(num_warmup_steps=self.scheduler_warmup_steps)
+
+    def required_features(self) -> list[str]:
+        """Names of the observation features that the policy reads at every frame."""
+        keys = [key for camera in self.cameras for key in (schema.image_key(camera), schema.depth_key(camera))]
+        keys += [schema.INTRINSICS, schema.EXTRINSICS]
+        return [*keys, schema.STATE] if self.use_state else keys
+
+    def validate_features(self) -> None:
+        """Check that the features of a dataset or environment are those that the policy reads.
+
+        Raises:
+            ValueError: if a camera, its calibration, the state or the action is missing or of another shape.
+        """
+        inputs: dict[str, PolicyFeature] = self.input_features or {}
+        missing = [key for key in self.required_features() if key not in inputs]
+        if missing:
+            raise ValueError(
+                f"Expected the features {', '.join(missing)} for the cameras {', '.join(self.cameras)}, got only "
+                f"{', '.join(sorted(inputs)) or 'none'}; use a dataset with RGB-D cameras or set policy.cameras."
+            )
+        count, stacked = len(self.cameras), inputs[schema.INTRINSICS].shape[0]
+        if stacked != count:
+            raise ValueError(
+                f"Expected {schema.INTRINSICS} of {count} cameras ({', '.join(self.cameras)}), got {stacked}; set "
+                "policy.cameras to the dataset's cameras in the order of its calibration."
+            )
+        action = self.action_feature
+        if action is not None and tuple(action.shape) != (schema.ACTION_DIM,):
+            raise ValueError(
+                f"Expected actions of {schema.ACTION_DIM} numbers ({', '.join(schema.ACTION_NAMES)}), got shape "
+                f"{tuple(action.shape)}; use a keysteps dataset."
+            )
+
+    def narrow_features(self) -> None:
+        """Keep the input features that the policy reads: LeRobot's normaliser cannot bear columns of text."""
+        required = self.required_features()
+        inputs: dict[str, PolicyFeature] = self.input_features or {}
+        self.input_features = {key: value for key, value in inputs.items() if key in required}
+
+    def validate_instructions(self, features: dict[str, object]) -> None:
+        """Check that a dataset to train on has the instruction column.
+
+        Raises:
+            ValueError: if the policy is conditioned on instructions and the dataset has none.
+        """
+        if self.condition_on != "task" and schema.INSTRUCTION not in features:
+            raise ValueError(
+                f"Expected the column {schema.INSTRUCTION}, got a dataset without instruction columns; annotate it or "
+                "train with policy.condition_on=task."
+            )

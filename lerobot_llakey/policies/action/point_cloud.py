@@ -1,0 +1,117 @@
+"""Fuse calibrated RGB-D views into one coloured point cloud in the base frame."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import torch
+from torch import Tensor
+
+from lerobot_llakey import geometry, schema
+
+MILLIMETRES = 1e-3
+
+
+@dataclass
+class PointCloud:
+    """A batch of coloured clouds.
+
+    Attributes:
+        points: (B, N, 3) metres, base frame.
+        colours: (B, N, 3) in 0..1.
+        valid: (B, N) bool: measured, and inside the workspace.
+    """
+
+    points: Tensor
+    colours: Tensor
+    valid: Tensor
+
+
+def inside(points: Tensor, workspace: Tensor) -> Tensor:
+    """Which points (..., 3) lie inside bounds (3, 2) in metres; NaN never does."""
+    return ((points >= workspace[:, 0]) & (points < workspace[:, 1])).all(dim=-1)
+
+
+def _camera_stack(batch: Mapping[str, Any], cameras: Sequence[str]) -> tuple[Tensor, Tensor]:
+    images: list[Tensor] = []
+    depths: list[Tensor] = []
+    for camera in cameras:
+        for key, stack, channels in ((schema.image_key(camera), images, 3), (schema.depth_key(camera), depths, 1)):
+            if key not in batch:
+                given = ", ".join(sorted(name for name in batch if name.startswith(schema.image_key(""))))
+                raise ValueError(f"Expected the camera key {key} in the batch, got {given or 'no camera'}; add it.")
+            value = batch[key]
+            if value.ndim != 4 or value.shape[1] != channels:
+                raise ValueError(
+                    f"Expected {key} of shape (batch, {channels}, height, width), got {tuple(value.shape)}; check the "
+                    "camera's feature."
+                )
+            stack.append(value.float())
+            if value.shape[-2:] != stack[0].shape[-2:] or value.shape[-2:] != images[0].shape[-2:]:
+                raise ValueError(
+                    f"Expected every camera at {tuple(images[0].shape[-2:])} pixels, got {key} at "
+                    f"{tuple(value.shape[-2:])}; record all cameras at one size."
+                )
+    return torch.stack(images, dim=1), torch.stack(depths, dim=1).squeeze(2)
+
+
+def _check_calibration(intrinsics: Tensor, extrinsics: Tensor, cameras: Sequence[str], size: tuple[int, int]) -> None:
+    count = len(cameras)
+    for key, value, shape in (
+        (schema.INTRINSICS, intrinsics, (count, 3, 3)),
+        (schema.EXTRINSICS, extrinsics, (count, 4, 4)),
+    ):
+        if tuple(value.shape[1:]) != shape:
+            raise ValueError(
+                f"Expected {key} of shape (batch, {', '.join(map(str, shape))}) for the cameras {', '.join(cameras)}, "
+                f"got {tuple(value.shape)}; give one matrix for each camera."
+            )
+    centres = intrinsics[..., :2, 2]
+    limits = centres.new_tensor((size[1], size[0]))
+    wrong = ((centres <= 0) | (centres >= limits)).any(dim=-1) | (intrinsics[..., 0, 0] <= 0)
+    if wrong.any():
+        row, camera = (int(index) for index in wrong.nonzero()[0])
+        raise ValueError(
+            f"Expected {schema.INTRINSICS} of an image of {size[1]}x{size[0]} pixels, got the principal point "
+            f"({centres[row, camera, 0]:.1f}, {centres[row, camera, 1]:.1f}) and focal length "
+            f"{intrinsics[row, camera, 0, 0]:.1f} for camera {cameras[camera]} in batch row {row}; rescale the "
+            "intrinsics with the images."
+        )
+
+
+def fuse_views(batch: Mapping[str, Any], cameras: Sequence[str], workspace: Tensor) -> PointCloud:
+    """One cloud for each row of a batch in the data contract.
+
+    Args:
+        batch: RGB (B, 3, H, W) in 0..1 and depth (B, 1, H, W) in millimetres for each camera; intrinsics (B, C, 3, 3)
+            in pixels and camera-to-base extrinsics (B, C, 4, 4).
+        cameras: names of the C cameras in the order of the calibration.
+        workspace: (3, 2) bounds in metres.
+
+    Returns:
+        Clouds of N = C * H * W points. Depth that is zero, negative or not finite counts as not measured.
+
+    Raises:
+        ValueError: naming the key and batch row if a camera or its calibration is missing, an image's size does not
+            fit its intrinsics, or a row has no point inside the workspace.
+    """
+    images, depths = _camera_stack(batch, cameras)
+    for key in (schema.INTRINSICS, schema.EXTRINSICS):
+        if key not in batch:
+            raise ValueError(f"Expected the calibration {key} in the batch, got none; add it to the observation.")
+    intrinsics, extrinsics = batch[schema.INTRINSICS].float(), batch[schema.EXTRINSICS].float()
+    _check_calibration(intrinsics, extrinsics, cameras, (images.shape[-2], images.shape[-1]))
+    points = geometry.unproject(depths * MILLIMETRES, intrinsics, extrinsics).flatten(1, 3)  # (B, C*H*W, 3)
+    colours = images.permute(0, 1, 3, 4, 2).flatten(1, 3)
+    valid = inside(points, workspace) & (depths.flatten(1) > 0)
+    empty = ~valid.any(dim=1)
+    if empty.any():
+        row = int(empty.nonzero()[0])
+        raise ValueError(
+            f"Expected points inside the workspace {workspace.tolist()} (metres), got a cloud with none from "
+            f"{schema.depth_key(cameras[0])} and the other cameras in batch row {row}; check the depth's unit "
+            f"(millimetres), {schema.EXTRINSICS} and the workspace."
+        )
+    return PointCloud(points, colours, valid)

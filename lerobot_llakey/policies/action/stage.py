@@ -1,0 +1,102 @@
+"""One stage of the policy: render a cube of the cloud, look at it, and score its pixels."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor, nn
+
+from lerobot_llakey.policies.action.colour import ColourGrounding, colour_index
+from lerobot_llakey.policies.action.configuration_llakey_action import LlakeyActionConfig
+from lerobot_llakey.policies.action.network import MultiViewNetwork, ViewOutput
+from lerobot_llakey.policies.action.renderer import VIEWS, gather_pixels, project, splat
+
+GEOMETRY_CHANNELS = 9
+"""Red, green, blue, seen, depth in the cube, absolute row, column and depth, and the present end effector."""
+MARKER_SIGMA = 0.02
+"""Width of the end effector's mark, as a share of the view."""
+
+
+@dataclass
+class Scene:
+    """What both stages look at, in coordinates of the unit cube that spans the workspace.
+
+    Attributes:
+        points: (B, N, 3).
+        colours: (B, N, 3) in 0..1.
+        valid: (B, N) bool.
+        effector: (B, 3) the present end effector, NaN where the state is not used.
+        condition: (B, D) text and proprioception.
+        words: (B, T, W) word vectors; padding: (B, T) bool, true where there is no word.
+    """
+
+    points: Tensor
+    colours: Tensor
+    valid: Tensor
+    effector: Tensor
+    condition: Tensor
+    words: Tensor
+    padding: Tensor
+
+
+class Stage(nn.Module):
+    """Rendering, colour grounding and network of one stage.
+
+    Args:
+        config: the policy's settings.
+        condition: width of the condition vector.
+        splat_radius: pixels by which points grow.
+    """
+
+    def __init__(self, config: LlakeyActionConfig, condition: int, splat_radius: int) -> None:
+        super().__init__()
+        self.views, self.size, self.splat_radius = tuple(config.views), config.view_size, splat_radius
+        self.grounding = ColourGrounding(config.text_width, config.colour_queries)
+        self.network = MultiViewNetwork(
+            channels=GEOMETRY_CHANNELS + config.colour_queries,
+            views=len(self.views),
+            size=self.size,
+            condition=condition,
+            text_width=config.text_width,
+            widths=config.widths,
+            blocks=config.blocks,
+            layers=config.transformer_layers,
+            heads=config.transformer_heads,
+        )
+
+    def forward(self, scene: Scene, low: Tensor, extent: float) -> ViewOutput:
+        """Look at the cube that starts at a corner ``low`` (B, 3) and has edges of ``extent``, in workspace units."""
+        with torch.autocast(low.device.type, enabled=False):
+            local = (scene.points - low[:, None]) / extent
+            index = splat(local, scene.valid, self.views, self.size, self.splat_radius)
+            geometry = self.geometry(scene, index, local, low, extent)
+        table = self.grounding(scene.words, scene.padding)  # (B, LEVELS^3, Q)
+        lattice = colour_index(geometry[..., :3]).flatten(1)[..., None].expand(-1, -1, table.shape[-1])
+        match = table.gather(1, lattice).unflatten(1, index.shape[1:]) * geometry[..., 3:4].to(table.dtype)
+        images = torch.cat((geometry.to(match.dtype), match), dim=-1)
+        return self.network(images, scene.condition, scene.words, scene.padding)
+
+    def geometry(self, scene: Scene, index: Tensor, local: Tensor, low: Tensor, extent: float) -> Tensor:
+        """Channels (B, V, S, S, GEOMETRY_CHANNELS) that do not depend on the words; positions are centred on zero."""
+        seen = (index >= 0).float()[..., None]
+        picked = gather_pixels(torch.cat((scene.colours, local), dim=-1), index)
+        axis = (torch.arange(self.size, device=low.device) + 0.5) / self.size
+        # Beyond the view the mark fades; without a state it is NaN and shows nothing.
+        effector = project((scene.effector - low) / extent, self.views)  # (B, V, 2)
+        bumps = torch.exp(-0.5 * ((axis - effector[..., None]) / MARKER_SIGMA) ** 2).nan_to_num(0.0)
+        marker = bumps[..., 0, :, None] * bumps[..., 1, None, :]
+        ramps, depths = [], []
+        for view, name in enumerate(self.views):
+            row, column, depth, _ = VIEWS[name]
+            rows = (low[:, row, None] + axis * extent)[:, :, None].expand(-1, -1, self.size)
+            columns = (low[:, column, None] + axis * extent)[:, None, :].expand(-1, self.size, -1)
+            ramps.append(torch.stack((rows, columns), dim=-1) - 0.5)
+            depths.append(picked[:, view, ..., 3 + depth, None] - 0.5)
+        inside = torch.stack(depths, dim=1)
+        corners = torch.stack([low[:, VIEWS[name][2]] for name in self.views], dim=1)[:, :, None, None, None]
+        absolute = corners + (inside + 0.5) * extent - 0.5
+        return torch.cat(
+            (picked[..., :3], seen, inside * seen, torch.stack(ramps, dim=1), absolute * seen, marker[..., None]),
+            dim=-1,
+        )

@@ -1,0 +1,83 @@
+"""A small word-level text encoder that is trained along with the policy and needs no vocabulary file."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from functools import lru_cache
+from hashlib import blake2b
+
+import torch
+from torch import Tensor, nn
+
+_WORD = re.compile(r"[a-z0-9]+|\|")
+SEPARATOR = " | "
+"""Between two texts that are read as one, such as the task and the instruction."""
+
+
+@lru_cache(maxsize=4096)
+def _hash(word: str, buckets: int) -> tuple[int, int]:
+    digest = blake2b(word.encode(), digest_size=8).digest()
+    return 1 + int.from_bytes(digest[:4], "big") % buckets, 1 + int.from_bytes(digest[4:], "big") % buckets
+
+
+def hash_words(texts: Sequence[str], length: int, buckets: int) -> Tensor:
+    """Two independent hashes of each word.
+
+    Args:
+        texts: B texts; case and punctuation are ignored, words after the ``length``-th are dropped.
+        length: words kept.
+        buckets: hashes lie in 1..buckets; 0 marks padding.
+
+    Returns:
+        (B, length, 2) int64, the same on every machine. Two words are confused only if both hashes agree.
+    """
+    hashes = torch.zeros(len(texts), length, 2, dtype=torch.int64)
+    for row, text in enumerate(texts):
+        for column, word in enumerate(_WORD.findall(text.lower())[:length]):
+            hashes[row, column] = torch.tensor(_hash(word, buckets))
+    return hashes
+
+
+class TextEncoder(nn.Module):
+    """Words to vectors: hashed embeddings, positions and a short transformer."""
+
+    def __init__(self, width: int, layers: int, buckets: int, length: int) -> None:
+        super().__init__()
+        self.buckets, self.length = buckets, length
+        self.first = nn.Embedding(buckets + 1, width)
+        self.second = nn.Embedding(buckets + 1, width)
+        self.positions = nn.Parameter(torch.randn(length, width) * 0.3)
+        layer = nn.TransformerEncoderLayer(
+            width, 4, 2 * width, dropout=0.0, activation="gelu", batch_first=True, norm_first=True
+        )
+        self.layers = nn.TransformerEncoder(layer, layers, enable_nested_tensor=False)
+        self.norm = nn.LayerNorm(width)
+
+    def forward(self, texts: Sequence[str]) -> tuple[Tensor, Tensor]:
+        """Encode B texts.
+
+        Returns:
+            Word vectors (B, T, width), and (B, T) bool that is true at padding. An empty text keeps one blank word.
+        """
+        words = hash_words(texts, self.length, self.buckets)
+        longest = max(1, int((words[..., 0] > 0).sum(dim=1).max()))
+        words = words[:, :longest].to(self.positions.device)
+        padding = words[..., 0] == 0
+        padding[:, 0] = False
+        embedded = self.first(words[..., 0]) + self.second(words[..., 1])
+        encoded = self.layers(embedded + self.positions[:longest], src_key_padding_mask=padding)
+        return self.norm(embedded + encoded), padding
+
+
+class QueryPool(nn.Module):
+    """Learned queries that each pick words: (B, T, width) -> (B, queries, out)."""
+
+    def __init__(self, width: int, queries: int, out: int) -> None:
+        super().__init__()
+        self.scores = nn.Linear(width, queries)
+        self.values = nn.Linear(width, out)
+
+    def forward(self, words: Tensor, padding: Tensor) -> Tensor:
+        scores = self.scores(words).masked_fill(padding[..., None], float("-inf"))
+        return scores.softmax(dim=1).transpose(1, 2) @ self.values(words)

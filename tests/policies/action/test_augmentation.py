@@ -1,0 +1,45 @@
+import math
+
+import torch
+
+from lerobot_llakey import geometry, schema
+from lerobot_llakey.policies.action.augmentation import sample_motion
+
+WORKSPACE = torch.tensor(schema.WORKSPACE)
+
+
+def random_poses(count):
+    generator = torch.Generator().manual_seed(0)
+    low, high = WORKSPACE[:, 0], WORKSPACE[:, 1]
+    positions = low + torch.rand(count, 3, generator=generator) * (high - low)
+    return positions, torch.nn.functional.normalize(torch.randn(count, 4, generator=generator), dim=-1)
+
+
+def test_targets_stay_in_the_workspace_and_move_within_the_limits():
+    positions, _ = random_poses(2000)
+    motion = sample_motion(positions, WORKSPACE, 0.125, 45.0)
+    moved = motion.move_points(positions[:, None])[:, 0]
+    assert ((moved > WORKSPACE[:, 0]) & (moved < WORKSPACE[:, 1])).all()
+    assert (moved - positions).abs().max() <= 0.125 + 1e-5
+    assert (moved - positions).abs().amax(dim=0).min() > 0.1
+    assert 40 < math.degrees(motion.yaw.abs().max()) <= 45
+
+
+def test_points_and_poses_move_as_one_body():
+    positions, quaternions = random_poses(50)
+    motion = sample_motion(positions, WORKSPACE, 0.125, 45.0)
+    rotation = geometry.quaternion_to_matrix(quaternions)
+    tips = positions + 0.1 * rotation[..., 2]
+    moved = motion.move_points(torch.stack((positions, tips), dim=1))
+    turned = geometry.quaternion_to_matrix(motion.move_quaternion(quaternions))
+    assert torch.allclose(moved[:, 1], moved[:, 0] + 0.1 * turned[..., 2], atol=1e-5)
+    assert torch.allclose(moved[:, 0], positions + motion.translation, atol=1e-5)
+
+
+def test_no_limits_leave_the_scene_alone():
+    positions, quaternions = random_poses(10)
+    inner = positions.clamp(min=WORKSPACE[:, 0] + 0.02, max=WORKSPACE[:, 1] - 0.02)
+    motion = sample_motion(inner, WORKSPACE, 0.0, 0.0)
+    assert torch.allclose(motion.move_points(inner[:, None])[:, 0], inner, atol=1e-6)
+    turned = geometry.quaternion_to_matrix(motion.move_quaternion(quaternions))
+    assert torch.allclose(turned, geometry.quaternion_to_matrix(quaternions), atol=1e-5)

@@ -1,0 +1,64 @@
+import pytest
+from lerobot.configs import PreTrainedConfig
+from lerobot.policies.factory import get_policy_class
+
+from fakes_action import small_config
+from lerobot_llakey import schema
+from lerobot_llakey.policies.action.modeling_llakey_action import LlakeyActionPolicy
+
+
+def test_the_policy_is_found_by_its_name():
+    assert get_policy_class("llakey_action") is LlakeyActionPolicy
+
+
+def test_settings_survive_saving(tmp_path):
+    config = small_config(condition_on="both", workspace=[[0.0, 0.8], [-0.4, 0.4], [0.0, 0.8]])
+    config.save_pretrained(tmp_path)
+    loaded = PreTrainedConfig.from_pretrained(tmp_path)
+    assert loaded.condition_on == "both"
+    assert loaded.workspace == config.workspace
+    assert loaded.views == config.views
+
+
+@pytest.mark.parametrize(
+    ("setting", "message"),
+    [
+        ({"condition_on": "words"}, "condition_on out of"),
+        ({"instruction_source": "me"}, "instruction_source out of"),
+        ({"dtype": "int8"}, "dtype 'bfloat16' or 'float32', got 'int8'"),
+        ({"view_size": 100}, "multiple of 16, got 100"),
+        ({"workspace": [[0, 1], [1, 0], [0, 1]]}, "low, high"),
+        ({"views": ["top", "below"]}, "views out of"),
+        ({"views": ["front", "back"]}, "x, y and z"),
+    ],
+)
+def test_wrong_settings_are_named(setting, message):
+    with pytest.raises(ValueError, match=message):
+        small_config(**setting)
+
+
+def test_missing_cameras_are_named():
+    config = small_config()
+    del config.input_features[schema.depth_key("wrist")]
+    with pytest.raises(ValueError, match=r"Expected the features observation\.images\.wrist_depth"):
+        config.validate_features()
+
+
+def test_calibration_of_another_number_of_cameras_is_refused():
+    config = small_config(cameras=["front", "wrist"])
+    with pytest.raises(ValueError, match=r"of 2 cameras \(front, wrist\), got 4"):
+        config.validate_features()
+
+
+def test_actions_of_another_shape_are_refused():
+    config = small_config()
+    config.output_features["action"].shape = (7,)
+    with pytest.raises(ValueError, match=r"actions of 9 numbers.*\(7,\)"):
+        config.validate_features()
+
+
+def test_text_columns_are_dropped_from_the_input_features():
+    config = small_config()
+    assert schema.INSTRUCTION in config.input_features
+    config.narrow_features()
+    assert sorted(config.input_features) == sorted(config.required_features())

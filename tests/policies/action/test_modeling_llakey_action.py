@@ -1,0 +1,153 @@
+import json
+from types import SimpleNamespace
+
+import pytest
+import torch
+
+from fakes_action import observation, small_config
+from lerobot_llakey import schema
+from lerobot_llakey.policies.action.modeling_llakey_action import LlakeyActionPolicy
+
+
+def make_policy(**settings):
+    torch.manual_seed(0)
+    return LlakeyActionPolicy(small_config(**settings))
+
+
+def without_text(batch):
+    return {key: value for key, value in batch.items() if key not in (schema.INSTRUCTION, schema.TASK)}
+
+
+def test_the_loss_has_its_parts_and_reaches_every_parameter():
+    policy = make_policy(heat_shrink_steps=10)
+    batch, _, _ = observation(rows=3)
+    # Films start at zero, so what feeds them gets its first gradient one step later.
+    optimiser = torch.optim.SGD(policy.get_optim_params(), lr=1e-2)
+    for _ in range(2):
+        optimiser.zero_grad()
+        loss, figures = policy.forward(batch)
+        loss.backward()
+        optimiser.step()
+    parts = ("coarse_loss", "fine_loss", "rotation_loss", "gripper_loss", "collision_loss")
+    assert loss.item() == pytest.approx(sum(figures[part] for part in parts), rel=1e-4)
+    assert not [name for name, value in policy.named_parameters() if value.grad is None or not value.grad.any()]
+    assert policy.training_step.item() == 2
+
+
+def test_it_learns_a_batch_by_heart():
+    policy = make_policy(augment_yaw=0.0, heat_shrink_steps=20)
+    batch, _, _ = observation(rows=4)
+    optimiser = torch.optim.AdamW(policy.get_optim_params(), lr=3e-3)
+    for _ in range(60):
+        loss, _ = policy.forward(batch)
+        optimiser.zero_grad()
+        loss.backward()
+        optimiser.step()
+    action = policy.select_action(batch)
+    error = (action[:, schema.POSITION] - batch[schema.ACTION][:, schema.POSITION]).norm(dim=1)
+    assert error.max() < 0.02
+    assert (action[:, 7:] == batch[schema.ACTION][:, 7:]).all()
+
+
+def test_actions_follow_the_contract():
+    policy = make_policy()
+    batch, _, _ = observation(rows=2)
+    action = policy.select_action(batch)
+    assert action.shape == (2, schema.ACTION_DIM)
+    assert action.dtype == torch.float32
+    workspace = torch.tensor(schema.WORKSPACE)
+    assert ((action[:, :3] > workspace[:, 0] - 0.13) & (action[:, :3] < workspace[:, 1] + 0.13)).all()
+    assert torch.allclose(action[:, schema.QUATERNION].norm(dim=1), torch.ones(2), atol=1e-5)
+    assert (action[:, 6] >= 0).all()
+    assert set(action[:, 7:].flatten().tolist()) <= {0.0, 1.0}
+    assert policy.predict_action_chunk(batch).shape == (2, 1, schema.ACTION_DIM)
+
+
+def test_deciding_is_repeatable_and_saved_policies_decide_alike(tmp_path):
+    policy = make_policy()
+    policy.forward(observation(rows=2)[0])
+    batch, _, _ = observation(rows=2, seed=1)
+    action = policy.select_action(batch)
+    policy.save_pretrained(tmp_path)
+    loaded = LlakeyActionPolicy.from_pretrained(tmp_path)
+    assert torch.equal(policy.select_action(batch), action)
+    assert torch.equal(loaded.select_action(batch), action)
+    assert loaded.training_step.item() == 1
+    assert json.loads((tmp_path / "config.json").read_text())["type"] == "llakey_action"
+
+
+def test_the_instruction_comes_before_the_oracle_and_the_oracle_before_the_task():
+    policy = make_policy()
+    batch, _, _ = observation(rows=2)
+    bare = without_text(batch)
+    codes = torch.stack(
+        [torch.from_numpy(schema.encode_text(text)) for text in ("raise the robotic arm", "grasp the lid")]
+    )
+    full = bare | {schema.TASK: ["a", "b"], schema.ORACLE_INSTRUCTION: codes, schema.INSTRUCTION: ["c", "d"]}
+    assert policy._texts(full) == ["c", "d"]
+    del full[schema.INSTRUCTION]
+    assert policy._texts(full) == ["raise the robotic arm", "grasp the lid"]
+    policy.config.instruction_source = "instruction"
+    assert policy._texts(full) == ["a", "b"]
+
+
+def test_condition_on_task_and_both():
+    batch, _, _ = observation(rows=1)
+    batch |= {schema.TASK: ["close the red jar"], schema.INSTRUCTION: ["grasp the red lid"]}
+    assert make_policy(condition_on="task")._texts(batch) == ["close the red jar"]
+    assert make_policy(condition_on="both")._texts(batch) == ["close the red jar | grasp the red lid"]
+
+
+def test_paraphrases_keep_the_task_and_unknown_texts():
+    policy = make_policy(paraphrase_probability=1.0)
+    seen = {policy._paraphrased("close the red jar | grasp the red lid") for _ in range(50)}
+    assert seen == {"close the red jar | grasp the red lid", "close the red jar | grab the red lid"}
+    assert policy._paraphrased("do what you like") == "do what you like"
+
+
+def test_missing_text_is_refused():
+    batch, _, _ = observation(rows=2)
+    with pytest.raises(ValueError, match="2 texts, one for each batch row, got none"):
+        make_policy().select_action(without_text(batch))
+    with pytest.raises(ValueError, match="got 1"):
+        make_policy().select_action(without_text(batch) | {schema.TASK: "grasp"})
+
+
+def test_a_target_outside_the_workspace_names_its_row():
+    batch, _, _ = observation(rows=2)
+    batch[schema.ACTION][1, 0] = 1.4
+    with pytest.raises(ValueError, match=r"batch row 1; widen policy\.workspace"):
+        make_policy().forward(batch)
+
+
+def test_rows_can_be_weighted():
+    policy = make_policy().eval()
+    batch, _, _ = observation(rows=3)
+    each, _ = policy.forward(batch, reduction="none")
+    assert each.shape == (3,)
+    weighted, _ = policy.forward(batch | {"observation.sample_weight": torch.tensor([[2.0], [0.0], [1.0]])})
+    assert torch.allclose(weighted, (each * torch.tensor([2.0, 0.0, 1.0])).mean())
+
+
+def test_without_state_the_hand_is_not_looked_at():
+    policy = make_policy(use_state=False)
+    batch, _, _ = observation(rows=1)
+    del batch[schema.STATE]
+    assert policy.select_action(batch).isfinite().all()
+
+
+def test_bfloat16_stays_close_to_float32():
+    policy = make_policy().eval()
+    batch, _, _ = observation(rows=2)
+    exact, _ = policy.forward(batch)
+    policy.config.dtype = "bfloat16"
+    rough, _ = policy.forward(batch)
+    assert exact.item() == pytest.approx(rough.item(), rel=0.02)
+
+
+def test_a_dataset_without_instructions_is_refused_unless_the_task_steers():
+    meta = SimpleNamespace(features={key: {} for key in schema.keystep_features() if key != schema.INSTRUCTION})
+
+    with pytest.raises(ValueError, match="without instruction columns"):
+        LlakeyActionPolicy(small_config(), dataset_meta=meta)
+    LlakeyActionPolicy(small_config(condition_on="task"), dataset_meta=meta)

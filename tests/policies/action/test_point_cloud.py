@@ -1,0 +1,74 @@
+import pytest
+import torch
+
+from fakes_action import observation
+from lerobot_llakey import schema
+from lerobot_llakey.policies.action.point_cloud import fuse_views
+
+WORKSPACE = torch.tensor(schema.WORKSPACE)
+
+
+def test_points_lie_on_the_table_and_the_balls():
+    batch, centres, _ = observation(rows=2)
+    cloud = fuse_views(batch, schema.CAMERAS, WORKSPACE)
+    assert cloud.points.shape == cloud.colours.shape == (2, 4 * 32 * 32, 3)
+    for row in range(2):
+        points = cloud.points[row][cloud.valid[row]]
+        on_table = points[:, 2].abs() < 2e-3
+        on_ball = ((points[:, None] - centres[row]).norm(dim=-1) - 0.04).abs().amin(dim=1) < 2e-3
+        assert (on_table | on_ball).all()
+        assert on_ball.sum() > 10
+
+
+def test_unmeasured_depth_is_not_valid():
+    batch, _, _ = observation(rows=1)
+    depth = batch[schema.depth_key("front")]
+    depth[:, :, :16] = 0.0
+    depth[:, :, 16] = float("nan")
+    cloud = fuse_views(batch, schema.CAMERAS, WORKSPACE)
+    assert not cloud.valid[0, : 17 * 32].any()
+    assert cloud.valid[0, 17 * 32 :].any()
+
+
+def test_a_missing_camera_is_named():
+    batch, _, _ = observation(rows=1)
+    del batch[schema.depth_key("wrist")]
+    with pytest.raises(ValueError, match=r"observation\.images\.wrist_depth"):
+        fuse_views(batch, schema.CAMERAS, WORKSPACE)
+
+
+def test_missing_calibration_is_named():
+    batch, _, _ = observation(rows=1)
+    del batch[schema.EXTRINSICS]
+    with pytest.raises(ValueError, match="camera_extrinsics"):
+        fuse_views(batch, schema.CAMERAS, WORKSPACE)
+
+
+def test_intrinsics_of_another_image_size_are_refused():
+    batch, _, _ = observation(rows=2)
+    batch[schema.INTRINSICS][1, 2] *= 4
+    with pytest.raises(ValueError, match=r"32x32 pixels.*right_shoulder in batch row 1"):
+        fuse_views(batch, schema.CAMERAS, WORKSPACE)
+
+
+def test_calibration_of_fewer_cameras_is_refused():
+    batch, _, _ = observation(rows=1)
+    batch[schema.INTRINSICS] = batch[schema.INTRINSICS][:, :3]
+    with pytest.raises(ValueError, match="one matrix for each camera"):
+        fuse_views(batch, schema.CAMERAS, WORKSPACE)
+
+
+def test_cameras_of_different_sizes_are_refused():
+    batch, _, _ = observation(rows=1)
+    key = schema.image_key("left_shoulder")
+    batch[key] = batch[key][..., :16, :16]
+    with pytest.raises(ValueError, match="left_shoulder at"):
+        fuse_views(batch, schema.CAMERAS, WORKSPACE)
+
+
+def test_a_cloud_without_points_in_the_workspace_names_its_row():
+    batch, _, _ = observation(rows=2)
+    for camera in schema.CAMERAS:
+        batch[schema.depth_key(camera)][1] /= 1000.0  # metres by mistake
+    with pytest.raises(ValueError, match=r"none from.*batch row 1"):
+        fuse_views(batch, schema.CAMERAS, torch.tensor([[0.0, 1.0], [-0.5, 0.5], [-0.05, 0.3]]))

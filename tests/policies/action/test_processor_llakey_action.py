@@ -1,0 +1,18 @@
+import torch
+from lerobot.policies.factory import make_pre_post_processors
+
+from fakes_action import observation, small_config
+from lerobot_llakey import schema
+
+
+def test_observations_and_texts_pass_unchanged():
+    config = small_config()
+    config.narrow_features()
+    pre, post = make_pre_post_processors(config, dataset_stats=None)
+    batch, _, _ = observation(rows=2)
+    out = pre(dict(batch))
+    for key in (schema.STATE, schema.INTRINSICS, schema.depth_key("front"), schema.image_key("wrist")):
+        assert torch.equal(out[key], batch[key])
+    assert out[schema.INSTRUCTION] == batch[schema.INSTRUCTION]
+    assert out[schema.TASK] == batch[schema.TASK]
+    assert torch.equal(post(batch[schema.ACTION]), batch[schema.ACTION])
