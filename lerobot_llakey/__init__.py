@@ -1,6 +1,8 @@
 """LLaKey for LeRobot: importing this package registers its environment and its policies with LeRobot."""
 
+from lerobot_llakey.policies.action.configuration_llakey_action import LlakeyActionConfig
 from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
+from lerobot_llakey.policies.hierarchy.configuration_llakey import LlakeyConfig
 from lerobot_llakey.sim.configuration_llakey_sim import LlakeySimConfig
 
-__all__ = ["LlakeyCommandConfig", "LlakeySimConfig"]
+__all__ = ["LlakeyActionConfig", "LlakeyCommandConfig", "LlakeyConfig", "LlakeySimConfig"]
