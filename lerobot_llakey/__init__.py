@@ -1,4 +1,7 @@
-"""LLaKey for LeRobot: importing this package registers its environment and its policies with LeRobot."""
+"""LLaKey for LeRobot: importing this package registers its environment and its policies with LeRobot.
+
+Only settings are imported here; networks and the simulator load when LeRobot asks for them by name.
+"""
 
 from lerobot_llakey.policies.action.configuration_llakey_action import LlakeyActionConfig
 from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
