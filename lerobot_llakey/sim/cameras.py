@@ -124,7 +124,12 @@ _LIVE: weakref.WeakSet[CameraRig] = weakref.WeakSet()
 @functools.cache
 def _close_at_exit() -> None:
     """Free contexts before MuJoCo shuts EGL down: exit handlers run in reverse, so this is called after its own."""
-    atexit.register(lambda: [rig.close() for rig in list(_LIVE)])
+    atexit.register(_close_live)
+
+
+def _close_live() -> None:
+    for rig in list(_LIVE):
+        rig.close()
 
 
 def camera_to_base(data: mujoco.MjData, camera: int) -> np.ndarray:

@@ -177,15 +177,18 @@ class LlakeySimEnv(gym.Env):
 
 def _observation_space(size: int, oracle_instructions: bool) -> spaces.Dict:
     count = len(schema.CAMERAS)
-    everything = {"low": -np.inf, "high": np.inf, "dtype": np.float32}
     space: dict[str, spaces.Space] = {
         "pixels": spaces.Dict({camera: spaces.Box(0, 255, (size, size, 3), np.uint8) for camera in schema.CAMERAS}),
-        "agent_pos": spaces.Box(shape=(schema.STATE_DIM,), **everything),
-        "camera_intrinsics": spaces.Box(shape=(count, 3, 3), **everything),
-        "camera_extrinsics": spaces.Box(shape=(count, 4, 4), **everything),
+        "agent_pos": _unbounded(schema.STATE_DIM),
+        "camera_intrinsics": _unbounded(count, 3, 3),
+        "camera_extrinsics": _unbounded(count, 4, 4),
     }
     for camera in schema.CAMERAS:
         space[f"images.{camera}_depth"] = spaces.Box(0.0, np.inf, (1, size, size), np.float32)
     if oracle_instructions:
-        space["oracle_instruction"] = spaces.Box(shape=(schema.TEXT_LENGTH,), **everything)
+        space["oracle_instruction"] = _unbounded(schema.TEXT_LENGTH)
     return spaces.Dict(space)
+
+
+def _unbounded(*shape: int) -> spaces.Box:
+    return spaces.Box(-np.inf, np.inf, shape, np.float32)

@@ -12,6 +12,7 @@ from lerobot_llakey.sim.robot import HOME_JOINTS, Robot
 _DAMPING = 2e-4
 _POSTURE_GAIN = 0.05
 _LIMIT_MARGIN = 0.02
+_LONGEST_STEP, _WIDEST_TURN = 0.1, 0.5
 
 
 class Kinematics:
@@ -61,8 +62,8 @@ class Kinematics:
             if np.linalg.norm(error[:3]) < position_tolerance and np.linalg.norm(error[3:]) < angle_tolerance:
                 return joints
             # Long reaches are linearised in pieces.
-            error[:3] *= min(1.0, 0.1 / max(np.linalg.norm(error[:3]), 1e-9))
-            error[3:] *= min(1.0, 0.5 / max(np.linalg.norm(error[3:]), 1e-9))
+            error[:3] *= min(1.0, _LONGEST_STEP / max(float(np.linalg.norm(error[:3])), 1e-9))
+            error[3:] *= min(1.0, _WIDEST_TURN / max(float(np.linalg.norm(error[3:])), 1e-9))
             mujoco.mj_jacSite(self.model, self.scratch, self._jacobian[:3], self._jacobian[3:], self.robot.tcp)
             jacobian = self._jacobian[:, self.robot.dofs]
             joints = np.clip(joints + _step(jacobian, error, joints, lower, upper), lower, upper)

@@ -1,0 +1,24 @@
+"""Tasks are found by name, and say enough about themselves."""
+
+import pytest
+
+from lerobot_llakey.sim.tasks import make_task, parse_tasks, task_classes
+from lerobot_llakey.sim.tasks.base import Task
+
+
+def test_names_are_found_and_lists_are_read() -> None:
+    assert isinstance(make_task("open_drawer"), Task)
+    assert parse_tasks("open_drawer, open_drawer") == ["open_drawer"] * 2
+    assert parse_tasks("all") == list(task_classes())
+
+
+@pytest.mark.parametrize("names", ["", "open_drawer,fold_laundry"])
+def test_unknown_names_are_told(names: str) -> None:
+    with pytest.raises(ValueError, match="Expected tasks out of"):
+        parse_tasks(names)
+
+
+@pytest.mark.parametrize("name", task_classes())
+def test_every_task_counts_its_variations_and_sequences(name: str) -> None:
+    task = make_task(name)
+    assert task.name == name and task.variations >= task.sequences >= 1

@@ -1,0 +1,42 @@
+"""Pictures, depth and calibration belong together."""
+
+import cv2
+import numpy as np
+import torch
+
+from lerobot_llakey import schema
+from lerobot_llakey.geometry import unproject
+from lerobot_llakey.sim.cameras import CameraRig
+from lerobot_llakey.sim.world import World
+
+
+def test_depth_lifts_to_the_table_top(drawer_world: World) -> None:
+    drawer_world.reset(0)
+    pictures = CameraRig(drawer_world.model, 64).render_all(drawer_world.data)
+    assert tuple(pictures) == schema.CAMERAS
+    for camera, picture in pictures.items():
+        assert picture.rgb.shape == (64, 64, 3) and picture.rgb.dtype == np.uint8
+        depth = torch.from_numpy(picture.depth / 1000)
+        points = unproject(depth, torch.from_numpy(picture.intrinsics), torch.from_numpy(picture.extrinsics))
+        heights = points.reshape(-1, 3)[:, 2].numpy()
+        share = np.mean(np.abs(heights) < 4e-3)
+        assert share > 0.15, f"{camera} sees the table top at z = 0 in {share:.0%} of its pixels"
+
+
+def test_front_camera_sees_the_hand_where_it_is(drawer_world: World) -> None:
+    drawer_world.reset(0)
+    picture = CameraRig(drawer_world.model, 64).render(drawer_world.data, "left_shoulder")
+    local = np.linalg.inv(picture.extrinsics) @ np.append(drawer_world.site("top_handle").position, 1)
+    pixel = picture.intrinsics @ local[:3]
+    u, v = (pixel[:2] / pixel[2]).astype(int)
+    assert abs(picture.depth[v, u] / 1000 - local[2]) < 0.05
+
+
+def test_people_see_a_larger_picture(drawer_world: World) -> None:
+    drawer_world.reset(0)
+    rig = CameraRig(drawer_world.model, 64)
+    picture = rig.render_for_people(drawer_world.data, 120, 160)
+    assert picture.shape == (120, 160, 3)
+    assert cv2.Laplacian(picture, cv2.CV_64F).std() > 1
+    rig.close()
+    assert np.array_equal(rig.render_for_people(drawer_world.data, 120, 160), picture)

@@ -1,0 +1,109 @@
+"""The environment as LeRobot meets it."""
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from lerobot.envs.utils import NEW_ROLLOUT_OPTION, preprocess_observation
+
+from lerobot_llakey import schema
+from lerobot_llakey.sim.configuration_llakey_sim import LlakeySimConfig
+from lerobot_llakey.sim.env import LlakeySimEnv
+
+
+def _expert_action(env: LlakeySimEnv) -> np.ndarray:
+    waypoint = env.world.task.plan(env.world)[0]
+    flags = (waypoint.gripper_open, waypoint.ignore_collision)
+    return np.array((*waypoint.pose.position, *waypoint.pose.quaternion, *flags), dtype=np.float32)
+
+
+@pytest.fixture(scope="module")
+def env() -> LlakeySimEnv:
+    return LlakeySimEnv("open_drawer", image_size=48, oracle_instructions=True)
+
+
+def test_experts_actions_solve_an_episode(env: LlakeySimEnv) -> None:
+    observation, info = env.reset(seed=0)
+    assert env.observation_space.contains(observation) and not info["is_success"]
+    assert schema.decode_text(observation["oracle_instruction"]) == env.oracle_instruction()
+    for _ in range(5):
+        observation, reward, terminated, truncated, info = env.step(_expert_action(env))
+        assert info["moved"] and not truncated
+        if terminated:
+            break
+    assert terminated and reward == 1.0 and info["is_success"]
+
+
+def test_unreachable_is_a_step_without_motion(env: LlakeySimEnv) -> None:
+    before, _ = env.reset(seed=1)
+    far = np.array([1.9, 0, 0.4, 1, 0, 0, 0, 1, 0], dtype=np.float32)
+    after, reward, terminated, truncated, info = env.step(far)
+    assert info["failure"] == "unreachable" and not info["moved"]
+    assert not terminated and not truncated and reward == 0.0
+    assert np.allclose(before["agent_pos"], after["agent_pos"], atol=1e-3)
+
+
+@pytest.mark.parametrize(
+    "action",
+    [np.zeros(8), np.full(9, np.nan), np.array([0.4, 0, 0.3, 0, 0, 0, 0, 1, 0])],
+    ids=["shape", "nan", "zero quaternion"],
+)
+def test_bad_actions_are_refused(env: LlakeySimEnv, action: np.ndarray) -> None:
+    env.reset(seed=1)
+    with pytest.raises(ValueError, match="Expected"):
+        env.step(action)
+
+
+def test_episodes_are_cut_off() -> None:
+    env = LlakeySimEnv("open_drawer", image_size=48, episode_length=2)
+    env.reset(seed=0)
+    stay = np.array([*env.world.tool.position, *env.world.tool.quaternion, 1, 1])
+    assert env.step(stay)[3] is False
+    assert env.step(stay)[3] is True
+
+
+def test_splits_are_different_scenes() -> None:
+    scenes = []
+    for split in ("train", "test"):
+        env = LlakeySimEnv("open_drawer", split=split, image_size=48)
+        env.reset(seed=3)
+        scenes.append(env.world.model.body("cabinet").pos.copy())
+    assert not np.allclose(*scenes)
+    with pytest.raises(ValueError, match="Expected a split"):
+        LlakeySimEnv("open_drawer", split="holdout")
+    with pytest.raises(ValueError, match="Expected tasks"):
+        LlakeySimEnv("fold_laundry")
+
+
+def test_every_simulated_frame_can_be_watched(env: LlakeySimEnv) -> None:
+    frames: list[np.ndarray] = []
+    env.watch(frames.append, fps=10)
+    env.reset(seed=0)
+    env.step(_expert_action(env))
+    env.watch(None)
+    assert len(frames) > 5 and frames[0].shape == (480, 640, 3)
+    assert any(not np.array_equal(a, b) for a, b in zip(frames, frames[1:], strict=False))
+
+
+@pytest.mark.parametrize("asynchronous", [False, True])
+def test_vector_environments_show_the_same_pixels(env: LlakeySimEnv, asynchronous: bool) -> None:
+    config = LlakeySimConfig(task="open_drawer", image_size=48)
+    vector = config.create_envs(2, use_async_envs=asynchronous)["open_drawer"][0]
+    try:
+        observation, _ = vector.reset(seed=[4, 5], options={NEW_ROLLOUT_OPTION: True})
+        assert [str(text) for text in vector.call("task")] == ["open_drawer"] * 2
+        assert vector.call("_max_episode_steps")[0] == 25
+        for row, seed in enumerate((4, 5)):
+            alone, _ = env.reset(seed=seed)
+            for camera in schema.CAMERAS:
+                assert np.array_equal(observation["pixels"][camera][row], alone["pixels"][camera])
+        batch = preprocess_observation(observation)
+        assert batch[schema.depth_key("wrist")].shape == (2, 1, 48, 48)
+        assert batch[schema.EXTRINSICS].shape == (2, 4, 4, 4)
+        assert batch[schema.STATE].shape == (2, 15)
+    finally:
+        vector.close()
+
+
+def test_it_is_a_gymnasium_environment(env: LlakeySimEnv) -> None:
+    assert isinstance(env, gym.Env)
+    assert env.task_description

@@ -1,0 +1,20 @@
+"""Quaternions change order at the simulator's edge only."""
+
+import numpy as np
+
+from lerobot_llakey.sim.mujoco_poses import body_pose, site_pose, wxyz, xyzw
+from lerobot_llakey.sim.world import World
+
+
+def test_orders_are_inverse() -> None:
+    quaternion = np.array([0.1, 0.2, 0.3, 0.9])
+    assert np.allclose(wxyz(quaternion), (0.9, 0.1, 0.2, 0.3))
+    assert np.allclose(xyzw(wxyz(quaternion)), quaternion)
+
+
+def test_site_lies_on_its_body(drawer_world: World) -> None:
+    model, data = drawer_world.model, drawer_world.data
+    drawer_world.reset(0)
+    site = model.site("top_handle")
+    expected = body_pose(data, model.body("top_drawer").id).apply(site.pos)
+    assert np.allclose(site_pose(data, site.id).position, expected)

@@ -1,0 +1,67 @@
+"""Poses, quaternions and cameras agree with scipy and with each other."""
+
+import numpy as np
+import pytest
+import torch
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from lerobot_llakey.geometry import (
+    Pose,
+    canonical_quaternion,
+    matrix_to_quaternion,
+    pinhole_intrinsics,
+    quaternion_to_matrix,
+    top_down,
+    unproject,
+)
+
+quaternions = st.integers(0, 2**32 - 1).map(lambda seed: Rotation.random(random_state=seed).as_quat())
+
+
+@given(quaternions)
+def test_quaternion_and_matrix_are_inverse(quaternion: np.ndarray) -> None:
+    matrix = quaternion_to_matrix(torch.tensor(quaternion))
+    assert np.allclose(matrix.numpy(), Rotation.from_quat(quaternion).as_matrix(), atol=1e-6)
+    assert np.allclose(matrix_to_quaternion(matrix).numpy(), canonical_quaternion(quaternion), atol=1e-6)
+
+
+@given(quaternions, quaternions)
+def test_pose_composition_is_matrix_product(first: np.ndarray, second: np.ndarray) -> None:
+    a, b = Pose(np.array([0.1, -0.2, 0.3]), first), Pose(np.array([-1.0, 0.5, 0.2]), second)
+    assert np.allclose((a @ b).matrix, a.matrix @ b.matrix)
+    assert np.allclose((a @ a.inverse()).matrix, np.eye(4))
+    assert np.allclose(Pose.from_matrix(a.matrix).matrix, a.matrix)
+
+
+@pytest.mark.parametrize("yaw", [-3.0, -1.6, 0.0, 0.4, 1.5, 2.9])
+def test_top_down_points_down_and_is_the_same_after_half_a_turn(yaw: float) -> None:
+    matrix = Rotation.from_quat(top_down(yaw)).as_matrix()
+    assert np.allclose(matrix[:, 2], (0, 0, -1))
+    assert np.allclose(top_down(yaw), top_down(yaw + np.pi))
+    assert abs(matrix[:, 1] @ (np.sin(yaw), -np.cos(yaw), 0)) == pytest.approx(1)
+
+
+def test_advancing_moves_along_the_tool() -> None:
+    assert np.allclose(Pose(np.zeros(3), top_down(0.7)).advanced(0.2).position, (0, 0, -0.2))
+
+
+@pytest.mark.parametrize("bad", [np.zeros(4), np.array([0, 0, np.nan, 1]), np.ones(3)])
+def test_bad_quaternions_are_refused(bad: np.ndarray) -> None:
+    with pytest.raises(ValueError, match="Expected a quaternion"):
+        canonical_quaternion(bad)
+
+
+def test_unproject_inverts_projection() -> None:
+    height, width = 6, 8
+    intrinsics = pinhole_intrinsics(60, height, width)
+    extrinsics = Pose(np.array([0.3, 0.1, 1.0]), top_down(0.3)).matrix
+    depth = torch.rand(height, width, dtype=torch.float64) + 0.5
+    points = unproject(depth, torch.tensor(intrinsics), torch.tensor(extrinsics)).numpy()
+    local = (points - extrinsics[:3, 3]) @ extrinsics[:3, :3]
+    pixels = local @ intrinsics.T
+    pixels = pixels[..., :2] / pixels[..., 2:]
+    v, u = np.mgrid[:height, :width]
+    assert np.allclose(pixels, np.stack((u, v), axis=-1) + 0.5)
+    assert np.allclose(local[..., 2], depth.numpy())
