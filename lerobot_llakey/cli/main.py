@@ -11,7 +11,10 @@ import sys
 from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
 
-VERBS: dict[str, tuple[str, str]] = {}
+VERBS: dict[str, tuple[str, str]] = {
+    "collect": ("lerobot_llakey.cli.collect", "let the experts demonstrate; write demonstrations, keysteps or both"),
+    "keysteps": ("lerobot_llakey.cli.keysteps", "draw the training samples from a dataset of demonstrations"),
+}
 """What can be asked for: verb -> (module with a ``main()``, summary in one line)."""
 
 

@@ -1,0 +1,118 @@
+"""``llakey collect``: let the experts demonstrate, and write what they do as LeRobotDatasets.
+
+llakey collect --task=open_drawer,close_jar,move_block --num_episodes=100 --repo_id=me/llakey_demonstrations \
+    --root=outputs/demonstrations
+llakey collect --task=all --num_episodes=1000 --demonstrations=false --keysteps_root=outputs/keysteps \
+    --repo_id=me/llakey_keysteps
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from lerobot.configs import parser
+from lerobot.utils.constants import HF_LEROBOT_HOME
+
+from lerobot_llakey import schema
+from lerobot_llakey.cli.errors import one_sentence
+from lerobot_llakey.datasets.collect import CollectSettings, Targets, collect
+from lerobot_llakey.sim.tasks import parse_tasks
+
+
+@dataclass
+class CollectConfig:
+    """Options of ``llakey collect``.
+
+    Attributes:
+        task: task names separated by commas, or all.
+        num_episodes: episodes of each task; the task's variations take turns.
+        repo_id: name of the dataset on the Hub, as user/name.
+        root: folder of the demonstrations; by default LeRobot's home folder.
+        demonstrations: whether to write demonstrations: every frame, pictures as videos.
+        keysteps_root: folder for keysteps, the training samples, beside or in place of the demonstrations.
+        keystep_mode: thin, or repeat to store keyframe samples six times as the paper counts them.
+        split: of the scene seeds: train, val or test.
+        first_seed: index into the split at which to begin.
+        image_size: pixels of height and width.
+        fps: frames a second.
+        num_workers: processes; one for each CPU core where 0.
+        push_to_hub: whether to push the datasets with their card afterwards.
+        private: whether a pushed dataset is private.
+    """
+
+    task: str
+    num_episodes: int
+    repo_id: str
+    root: Path | None = None
+    demonstrations: bool = True
+    keysteps_root: Path | None = None
+    keystep_mode: str = "thin"
+    split: str = "train"
+    first_seed: int = 0
+    image_size: int = schema.IMAGE_SIZE
+    fps: int = 10
+    num_workers: int = 0
+    push_to_hub: bool = False
+    private: bool = False
+
+    def settings(self) -> CollectSettings:
+        """What to collect.
+
+        Raises:
+            ValueError: if a task or the split is unknown or a number is not positive.
+        """
+        if self.keystep_mode not in ("thin", "repeat"):
+            raise ValueError(f"Expected a keystep_mode of thin or repeat, got {self.keystep_mode!r}; pick one of these.")
+        if min(self.num_episodes, self.image_size, self.fps) < 1:
+            raise ValueError(
+                f"Expected num_episodes, image_size and fps of 1 or more, got {self.num_episodes}, {self.image_size} "
+                f"and {self.fps}; correct the one that is not."
+            )
+        schema.scene_seed(self.split, self.first_seed)
+        return CollectSettings(
+            tasks=tuple(parse_tasks(self.task)),
+            num_episodes=self.num_episodes,
+            split=self.split,
+            first_seed=self.first_seed,
+            image_size=self.image_size,
+            fps=self.fps,
+            keystep_mode="repeat" if self.keystep_mode == "repeat" else "thin",
+        )
+
+    def targets(self) -> Targets:
+        """Where to write.
+
+        Raises:
+            ValueError: if neither demonstrations nor keysteps are asked for.
+        """
+        if not self.demonstrations and self.keysteps_root is None:
+            raise ValueError(
+                "Expected demonstrations or a keysteps_root, got neither; give --keysteps_root or --demonstrations=true."
+            )
+        root = self.root or HF_LEROBOT_HOME / self.repo_id
+        return Targets(
+            demonstrations=root if self.demonstrations else None,
+            keysteps=self.keysteps_root,
+            demonstrations_id=self.repo_id,
+            keysteps_id=f"{self.repo_id}_keysteps" if self.demonstrations else self.repo_id,
+        )
+
+
+@parser.wrap()
+def run(config: CollectConfig) -> None:
+    """Collect, say what was thrown away, and push where asked."""
+    targets = config.targets()
+    thrown = collect(config.settings(), targets, config.num_workers)
+    for kind, (root, repo_id) in targets.named().items():
+        print(f"{kind}: {root}")
+        if config.push_to_hub:
+            from lerobot_llakey.datasets.card import push
+
+            print(f"pushed: {push(root, repo_id, private=config.private)}")
+    for reason, count in sorted(thrown.items()):
+        print(f"thrown away: {count} of {reason}")
+
+
+def main() -> None:
+    """Run the verb with the options of the command line."""
+    with one_sentence():
+        run()

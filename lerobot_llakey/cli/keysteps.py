@@ -1,0 +1,63 @@
+"""``llakey keysteps``: draw the training samples of the paper from a dataset of demonstrations.
+
+llakey keysteps --repo_id=me/llakey_demonstrations --output_repo_id=me/llakey_keysteps --output_root=outputs/keysteps
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from lerobot.configs import parser
+from lerobot.datasets.lerobot_dataset import LeRobotDataset
+from lerobot.utils.constants import HF_LEROBOT_HOME
+
+from lerobot_llakey.cli.errors import one_sentence
+from lerobot_llakey.datasets.collect import quieten
+from lerobot_llakey.datasets.keysteps import convert
+
+
+@dataclass
+class KeystepsConfig:
+    """Options of ``llakey keysteps``.
+
+    Attributes:
+        repo_id: demonstrations on the Hub or in the folder ``root``.
+        output_repo_id: name of the keysteps.
+        root: folder of the demonstrations; by default LeRobot's home folder or the Hub.
+        output_root: folder of the keysteps; by default LeRobot's home folder.
+        mode: thin, or repeat to store keyframe samples six times as the paper counts them.
+        seed: of the random choices.
+        push_to_hub: whether to push the keysteps with their card.
+        private: whether a pushed dataset is private.
+    """
+
+    repo_id: str
+    output_repo_id: str
+    root: Path | None = None
+    output_root: Path | None = None
+    mode: str = "thin"
+    seed: int = 0
+    push_to_hub: bool = False
+    private: bool = False
+
+
+@parser.wrap()
+def run(config: KeystepsConfig) -> None:
+    """Write the keysteps and say how many there are."""
+    if config.mode not in ("thin", "repeat"):
+        raise ValueError(f"Expected a mode of thin or repeat, got {config.mode!r}; pick one of these.")
+    quieten()
+    root = config.output_root or HF_LEROBOT_HOME / config.output_repo_id
+    source = LeRobotDataset(config.repo_id, root=config.root)
+    mode = "repeat" if config.mode == "repeat" else "thin"
+    count = convert(source, root, config.output_repo_id, mode=mode, seed=config.seed)
+    print(f"{count} keysteps of {source.num_episodes} episodes: {root}")
+    if config.push_to_hub:
+        from lerobot_llakey.datasets.card import push
+
+        print(f"pushed: {push(root, config.output_repo_id, private=config.private)}")
+
+
+def main() -> None:
+    """Run the verb with the options of the command line."""
+    with one_sentence():
+        run()

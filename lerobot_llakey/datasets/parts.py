@@ -1,0 +1,138 @@
+"""Datasets that grow in parts: what is finished, and how parts become one dataset without ever losing an episode."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+import shutil
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from lerobot.datasets.aggregate import aggregate_datasets
+from lerobot.datasets.dataset_metadata import LeRobotDatasetMetadata
+
+from lerobot_llakey.datasets.language import write_language
+
+PARTS_SUFFIX = ".parts"
+RECORD = "meta/llakey_collect.json"
+"""A file of each collected dataset: its settings, number of episodes, and what was thrown away."""
+_SETTINGS = "settings.json"
+
+
+def finished_episodes(settings: Mapping[str, Any], roots: Mapping[str, Path], parts: Path) -> int:
+    """Number of episodes that are already in the datasets, 0 where none exists.
+
+    Args:
+        settings: of this run.
+        roots: folders of the datasets by kind.
+        parts: folder of the parts, created here if missing; it must come from the same settings.
+
+    Raises:
+        ValueError: if a folder comes from other settings, is no collected dataset, or the datasets differ in length.
+    """
+    counts: dict[str, int] = {}
+    for kind, root in roots.items():
+        old = parts / f"old-{kind}"
+        if old.exists() and not root.exists():
+            old.replace(root)
+        if not root.exists():
+            counts[kind] = 0
+            continue
+        record = read_record(root)
+        if record["settings"] != settings:
+            raise ValueError(
+                f"Expected {root} to be collected with {dict(settings)}, got {record['settings']}; choose another folder."
+            )
+        counts[kind] = int(record["episodes"])
+    begun_with: dict[str, Any] = {"settings": dict(settings), "begin": min(counts.values())}
+    path = parts / _SETTINGS
+    if path.exists():
+        found = json.loads(path.read_text())
+        if found["settings"] != settings:
+            raise ValueError(
+                f"Expected {parts} to be begun with {dict(settings)}, got {found['settings']}; repeat the first "
+                "command or delete that folder."
+            )
+        begun_with["begin"] = found["begin"]
+    elif len(set(counts.values())) > 1:
+        raise ValueError(f"Expected datasets of one length, got {counts}; collect the shorter one by itself.")
+    parts.mkdir(parents=True, exist_ok=True)
+    path.write_text(json.dumps(begun_with))
+    return int(begun_with["begin"])
+
+
+def read_record(root: Path) -> dict[str, Any]:
+    """What a collected dataset says about its making.
+
+    Raises:
+        ValueError: if the folder is not one.
+    """
+    path = root / RECORD
+    if not path.exists():
+        raise ValueError(f"Expected {root} to be absent or collected by llakey, got another folder; choose another one.")
+    return json.loads(path.read_text())
+
+
+def finish(
+    settings: Mapping[str, Any],
+    episodes: int,
+    targets: Mapping[str, tuple[Path, str]],
+    folders: Sequence[Path],
+    parts: Path,
+) -> dict[str, int]:
+    """Merge all parts, in order, behind what the datasets hold already, then remove the parts.
+
+    A dataset appears or changes in one step, so a run stopped here loses nothing.
+
+    Args:
+        settings: of this run.
+        episodes: number of episodes that each dataset must have in the end.
+        targets: folder and repo id of the datasets by kind.
+        folders: of the parts, each holding one dataset a kind.
+        parts: their folder.
+
+    Returns:
+        Number of episodes thrown away by reason.
+    """
+    thrown: Counter[str] = Counter()
+    for folder in folders:
+        thrown += Counter(json.loads((folder / "thrown.json").read_text()))
+    total: dict[str, int] = dict(thrown)
+    for kind, (root, repo_id) in targets.items():
+        earlier = [root] if root.exists() else []
+        if earlier:
+            record = read_record(root)
+            if record["episodes"] >= episodes:
+                total = record["thrown_away"]
+                continue
+            total = dict(thrown + Counter(record["thrown_away"]))
+        merged = parts / f"merged-{kind}"
+        shutil.rmtree(merged, ignore_errors=True)
+        merge([*earlier, *(folder / kind for folder in folders)], merged, repo_id)
+        if kind == "demonstrations":
+            write_language(merged)
+        record = {"settings": dict(settings), "episodes": episodes, "thrown_away": total}
+        (merged / RECORD).write_text(json.dumps(record, indent=2))
+        if earlier:
+            root.replace(parts / f"old-{kind}")
+        root.parent.mkdir(parents=True, exist_ok=True)
+        merged.replace(root)
+    shutil.rmtree(parts)
+    return total
+
+
+def merge(sources: Sequence[Path], target: Path, repo_id: str) -> None:
+    """Merge finished datasets into a new one, in order."""
+    # Appending to a parquet file rewrites it: pictures stay in one file a part.
+    images = bool(LeRobotDatasetMetadata("local/part", root=sources[0]).image_keys)
+    with contextlib.redirect_stderr(io.StringIO()):
+        aggregate_datasets(
+            ["local/part"] * len(sources),
+            repo_id,
+            roots=list(sources),
+            aggr_root=target,
+            concatenate_data=not images,
+        )
