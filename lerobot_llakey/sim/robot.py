@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from importlib import resources
+from pathlib import PurePosixPath
 
 import mujoco
 import numpy as np
@@ -60,7 +61,7 @@ def panda_spec(detailed: bool = False) -> mujoco.MjSpec:
                 geom.contype, geom.conaffinity = ARM_CONTYPE, ARM_CONAFFINITY
     used = {geom.meshname for geom in spec.geoms}
     for mesh in list(spec.meshes):
-        if mesh.name not in used:
+        if (mesh.name or PurePosixPath(mesh.file).stem) not in used:
             spec.delete(mesh)
     for name, (stiffness, damping, force) in zip(ARM_JOINTS, _SERVO, strict=True):
         _add_servo(spec, name, stiffness, damping, force)

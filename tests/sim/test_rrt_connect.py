@@ -1,5 +1,7 @@
 """RRT-Connect in a plane with a wall."""
 
+import itertools
+
 import numpy as np
 
 from lerobot_llakey.sim.rrt_connect import rrt_connect
@@ -15,7 +17,7 @@ def _free(joints: np.ndarray) -> bool:
 def test_goes_around_the_wall() -> None:
     path = rrt_connect(START, GOAL, LIMITS, _free, np.random.default_rng(0))
     assert path is not None and np.allclose(path[0], START) and np.allclose(path[-1], GOAL)
-    between = [a + t * (b - a) for a, b in zip(path, path[1:], strict=False) for t in np.linspace(0, 1, 20)]
+    between = [a + t * (b - a) for a, b in itertools.pairwise(path) for t in np.linspace(0, 1, 20)]
     assert all(_free(joints) for joints in between)
 
 

@@ -1,0 +1,136 @@
+"""``llakey demo``: watch a trained policy do the tasks: a table of successes, and videos.
+
+llakey demo --policy_path=checkpoints/llakey_small --task=open_drawer,close_jar,move_block --output_dir=outputs/demo
+"""
+
+import json
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import asdict, dataclass
+from multiprocessing import get_context
+from pathlib import Path
+
+import numpy as np
+from lerobot.configs import parser
+from lerobot.utils.io_utils import write_video
+from tqdm import tqdm
+
+from lerobot_llakey.cli.errors import one_sentence
+from lerobot_llakey.evaluation.overlay import annotate_frame
+from lerobot_llakey.evaluation.rollout import Agent, Episode, run_episode
+from lerobot_llakey.evaluation.tables import success_table
+from lerobot_llakey.sim.env import LlakeySimEnv
+from lerobot_llakey.sim.tasks import parse_tasks
+
+_VIDEO_FPS = 20
+_HOLD_FRAMES = 20
+
+
+@dataclass
+class DemoConfig:
+    """Options of ``llakey demo``.
+
+    Attributes:
+        policy_path: checkpoint folder or Hub name.
+        task: task names separated by commas, or all.
+        num_episodes: episodes of each task.
+        num_videos: episodes of each task, the first ones, of which a video is made.
+        first_seed: index of the first scene within the split.
+        split: of the scene seeds: train, val or test.
+        oracle: let the expert say the instructions, so that only the action policy is shown.
+        detailed: show the robot's detailed meshes in the videos.
+        num_workers: processes that run episodes at the same time.
+        output_dir: folder for results.json and videos/.
+    """
+
+    policy_path: str = "checkpoints/llakey_small"
+    task: str = "open_drawer,close_jar,move_block"
+    num_episodes: int = 4
+    num_videos: int = 1
+    first_seed: int = 0
+    split: str = "test"
+    oracle: bool = False
+    detailed: bool = True
+    num_workers: int = 2
+    output_dir: Path = Path("outputs/demo")
+
+
+def run(config: DemoConfig) -> list[Episode]:
+    """Run all episodes, showing progress; write videos and ``results.json``.
+
+    Raises:
+        FileNotFoundError: if there is no checkpoint at the path.
+        ValueError: if a task is unknown.
+    """
+    tasks = parse_tasks(config.task)
+    jobs = [(task, index) for index in range(config.num_episodes) for task in tasks]
+    (config.output_dir / "videos").mkdir(parents=True, exist_ok=True)
+    episodes = []
+    with tqdm(total=len(jobs), desc="episodes", unit="episode") as progress:
+        for episode in _episodes(config, jobs):
+            episodes.append(episode)
+            progress.update()
+            progress.set_postfix(solved=f"{sum(e.success for e in episodes)}/{len(episodes)}")
+    episodes.sort(key=lambda episode: (tasks.index(episode.task), episode.seed))
+    results = {"episodes": [asdict(episode) for episode in episodes]}
+    (config.output_dir / "results.json").write_text(json.dumps(results, indent=2))
+    return episodes
+
+
+def _episodes(config: DemoConfig, jobs: list[tuple[str, int]]) -> Iterator[Episode]:
+    if config.num_workers <= 1:
+        yield from (_episode(config, *job) for job in jobs)
+        return
+    # A fresh process for each worker: OpenGL contexts and PyTorch's threads do not survive a fork.
+    with ProcessPoolExecutor(config.num_workers, get_context("spawn"), initializer=_use_one_thread) as pool:
+        for future in as_completed([pool.submit(_episode, config, *job) for job in jobs]):
+            yield future.result()
+
+
+def _use_one_thread() -> None:
+    import torch
+
+    torch.set_num_threads(1)
+
+
+_agents: dict[tuple[str, bool], Agent] = {}
+
+
+def _agent(config: DemoConfig) -> Agent:
+    """The policy, loaded once in each process."""
+    key = (config.policy_path, config.oracle)
+    if key not in _agents:
+        _agents[key] = Agent.load(config.policy_path, {"commander": "oracle"} if config.oracle else None)
+    return _agents[key]
+
+
+def _episode(config: DemoConfig, task: str, index: int) -> Episode:
+    filmed = index < config.num_videos
+    env = LlakeySimEnv(task, config.split, oracle_instructions=config.oracle, detailed=filmed and config.detailed)
+    frames: list[np.ndarray] = []
+    words = {"instruction": ""}
+    if filmed:
+        env.watch(
+            lambda frame: frames.append(annotate_frame(frame, env.task_description, words["instruction"])), _VIDEO_FPS
+        )
+    seed = config.first_seed + index
+    episode = run_episode(env, _agent(config), seed, lambda text: words.update(instruction=text))
+    if filmed:
+        last = annotate_frame(env.render(), episode.description, words["instruction"], episode.success)
+        path = config.output_dir / "videos" / f"{task}_{seed:03d}_{'success' if episode.success else 'failure'}.mp4"
+        write_video(path, [*frames, *[last] * _HOLD_FRAMES], _VIDEO_FPS)
+    env.close()
+    return episode
+
+
+@parser.wrap()
+def show(config: DemoConfig) -> None:
+    """Run the episodes, then print the table."""
+    print(success_table(run(config)))
+    print(f"Videos and results.json: {config.output_dir.resolve()}")
+
+
+def main() -> None:
+    """Run the verb with the options of the command line."""
+    with one_sentence():
+        show()

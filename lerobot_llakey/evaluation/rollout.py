@@ -1,0 +1,141 @@
+"""Running a saved policy through single episodes of the simulator, with all that happened kept."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from lerobot.configs.policies import PreTrainedConfig
+from lerobot.envs.utils import preprocess_observation
+from lerobot.policies.factory import make_policy, make_pre_post_processors
+from lerobot.policies.pretrained import PreTrainedPolicy
+
+from lerobot_llakey import schema
+from lerobot_llakey.sim.configuration_llakey_sim import LlakeySimConfig
+from lerobot_llakey.sim.env import LlakeySimEnv
+
+Processor = Callable[[Any], Any]
+
+
+@dataclass(frozen=True)
+class Episode:
+    """What a policy did with one scene.
+
+    Attributes:
+        task: name of the task.
+        description: its skill instruction.
+        seed: index of the scene within its split.
+        variation: variation of the task.
+        sequence: action sequence that the scene asks for.
+        success: whether the oracle was satisfied.
+        instructions: basic instruction behind each action; empty strings for policies without any.
+        failures: "" for each action that moved the arm, else why it did not.
+    """
+
+    task: str
+    description: str
+    seed: int
+    variation: int
+    sequence: int
+    success: bool
+    instructions: list[str] = field(default_factory=list)
+    failures: list[str] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class Agent:
+    """A policy with its processors, as saved together.
+
+    Attributes:
+        policy: in evaluation mode.
+        preprocessor: observation with batch dimension -> batch.
+        postprocessor: actions -> actions.
+    """
+
+    policy: PreTrainedPolicy
+    preprocessor: Processor
+    postprocessor: Processor
+
+    @staticmethod
+    def load(path: str | Path, overrides: Mapping[str, Any] | None = None) -> Agent:
+        """Load a checkpoint folder or a Hub repository.
+
+        Args:
+            path: what LeRobot calls ``--policy.path``.
+            overrides: settings of the policy's configuration to replace.
+
+        Raises:
+            FileNotFoundError: if nothing is there.
+            ValueError: if an override names no setting.
+        """
+        if not Path(path).exists() and str(path).count("/") != 1:
+            raise FileNotFoundError(f"Expected a checkpoint folder or a Hub name, got {path}; correct --policy_path.")
+        config = PreTrainedConfig.from_pretrained(path)
+        config.pretrained_path = Path(path)
+        for name, value in (overrides or {}).items():
+            if not hasattr(config, name):
+                raise ValueError(f"Expected a setting of {config.type}, got {name!r}; correct the override.")
+            setattr(config, name, value)
+        policy = make_policy(config, env_cfg=LlakeySimConfig())
+        preprocessor, postprocessor = make_pre_post_processors(
+            config,
+            pretrained_path=str(path),
+            preprocessor_overrides={"device_processor": {"device": str(config.device)}},
+        )
+        return Agent(policy.eval(), preprocessor, postprocessor)
+
+    def act(self, observation: Mapping[str, Any], task: str) -> tuple[np.ndarray, str]:
+        """Action (9,) for one unbatched observation of the environment, and the basic instruction behind it."""
+        arrays = {key: _with_batch(value) for key, value in observation.items()}
+        batch: dict[str, Any] = preprocess_observation(arrays)
+        batch[schema.TASK] = [task]
+        with torch.inference_mode():
+            action = self.postprocessor(self.policy.select_action(self.preprocessor(batch)))
+        instructions = getattr(self.policy, "last_instructions", None) or [""]
+        return action[0].cpu().numpy(), instructions[0]
+
+
+def run_episode(
+    env: LlakeySimEnv, agent: Agent, seed: int, on_instruction: Callable[[str], None] | None = None
+) -> Episode:
+    """Run one episode.
+
+    Args:
+        env: the task's environment.
+        agent: who acts.
+        seed: index of the scene within the environment's split.
+        on_instruction: told each basic instruction before it is acted on.
+    """
+    agent.policy.reset()
+    observation, info = env.reset(seed=seed)
+    instructions: list[str] = []
+    failures: list[str] = []
+    over = False
+    while not over:
+        action, instruction = agent.act(observation, env.task_description)
+        if on_instruction is not None:
+            on_instruction(instruction)
+        observation, _, terminated, truncated, info = env.step(action)
+        instructions.append(instruction)
+        failures.append(info["failure"])
+        over = terminated or truncated
+    return Episode(
+        env.task,
+        env.task_description,
+        seed,
+        info["variation"],
+        info["sequence"],
+        info["is_success"],
+        instructions,
+        failures,
+    )
+
+
+def _with_batch(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {key: _with_batch(item) for key, item in value.items()}
+    return np.asarray(value)[None]
