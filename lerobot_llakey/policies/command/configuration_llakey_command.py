@@ -30,6 +30,8 @@ class LlakeyCommandConfig(PreTrainedConfig):
         convolutional_stem: the patches overlap (a stack of strided convolutions) rather than being cut apart.
         vision_width, vision_layers, vision_heads: the small CLIP vision tower.
         text_width, text_layers, text_heads: the small Llama language model.
+        auxiliary_weight: weight of a training aid for the small model, which also regresses where the gripper is and
+            where the next keyframe is from the state and the action of each sample. Not in the paper; 0 leaves it out.
         dtype: precision of the computations: "bfloat16" or "float32"; weights stay float32.
         constrain: answer only with instructions known from training.
         max_new_tokens: longest answer.
@@ -57,6 +59,8 @@ class LlakeyCommandConfig(PreTrainedConfig):
     text_width: int = 256
     text_layers: int = 4
     text_heads: int = 4
+
+    auxiliary_weight: float = 0.5
 
     dtype: str = "bfloat16"
     constrain: bool = True

@@ -18,6 +18,7 @@ from torch.nn import functional
 from transformers import LogitsProcessorList
 
 from lerobot_llakey import instructions, schema
+from lerobot_llakey.policies.command.auxiliary import KeyframeHead
 from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
 from lerobot_llakey.policies.command.decoding import KnownAnswers, Trie
 from lerobot_llakey.policies.command.encoding import IGNORED, Encoder, ProcessorEncoder, WordEncoder
@@ -85,6 +86,7 @@ class LlakeyCommandPolicy(PreTrainedPolicy):
             self.encoder = ProcessorEncoder(self._processor, config.prompt_format)
         if config.model is not None if config.freeze_vision is None else config.freeze_vision:
             freeze_vision(self.model)
+        self.auxiliary = KeyframeHead(config.text_width) if config.model is None and config.auxiliary_weight else None
         self._trie = Trie(self.encoder.answer(text) for text in config.instructions)
         self._rng = np.random.default_rng(0)
 
@@ -144,7 +146,8 @@ class LlakeyCommandPolicy(PreTrainedPolicy):
         inputs, labels = self.encoder.with_answers(images, prompts, [self._reworded(text) for text in answers])
         length = labels.shape[1]
         with self._autocast(images.device):
-            logits = self.model(**inputs, use_cache=False, logits_to_keep=length + 1).logits[:, :-1].float()
+            hidden = self.model.model(**inputs, use_cache=False).last_hidden_state[:, -length - 1 : -1]
+            logits = self.model.lm_head(hidden).float()
         losses = functional.cross_entropy(logits.transpose(1, 2), labels, ignore_index=IGNORED, reduction="none")
         counted = labels != IGNORED
         right = ((logits.argmax(-1) == labels) | ~counted).detach()
@@ -158,9 +161,12 @@ class LlakeyCommandPolicy(PreTrainedPolicy):
             changed = [old != new for old, new in zip(previous, answers, strict=True)]
             if any(changed):
                 metrics["changed_instruction_accuracy"] = float(exact[changed].mean())
-        if reduction == "none":
-            return losses.sum(1) / counted.sum(1), metrics
-        return losses.sum() / counted.sum(), metrics
+        loss = losses.sum(1) / counted.sum(1) if reduction == "none" else losses.sum() / counted.sum()
+        if self.auxiliary is not None and self.training and schema.STATE in batch and schema.ACTION in batch:
+            aid = self.auxiliary.loss(hidden[:, 0], batch[schema.STATE], batch[schema.ACTION])
+            metrics |= {"instruction_loss": float(loss.detach().mean()), "auxiliary_loss": float(aid.detach().mean())}
+            loss = loss + self.config.auxiliary_weight * (aid if reduction == "none" else aid.mean())
+        return loss, metrics
 
     @torch.no_grad()
     def next_instructions(self, batch: dict[str, Any]) -> list[str]:

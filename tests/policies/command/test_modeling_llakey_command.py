@@ -24,6 +24,8 @@ def _fit(policy: LlakeyCommandPolicy, batch: dict, steps: int = 60, lr: float = 
         loss, _ = policy.forward(batch)
         loss.backward()
         optimizer.step()
+        if loss.item() < 0.02:
+            break
     policy.eval()
     return loss.item()
 
@@ -33,7 +35,7 @@ def test_learns_what_it_can_see_and_read_and_says_it(policy, keysteps):
     batch = torch.utils.data.default_collate(first_and_last_frames)
     assert len(set(batch[schema.INSTRUCTION])) == 4
     policy.config.history_dropout = 0.0
-    _fit(policy, batch)
+    _fit(policy, batch, steps=150)
     _, metrics = policy.forward(batch)
     assert metrics == {"token_accuracy": 1.0, "instruction_accuracy": 1.0, "changed_instruction_accuracy": 1.0}
     policy.config.constrain = False
@@ -60,6 +62,18 @@ def test_loss_is_on_the_answer_alone(policy, batch):
 def test_constrained_answers_are_known_instructions_even_untrained(policy, batch):
     assert policy.config.constrain
     assert set(policy.next_instructions(batch)) <= set(policy.config.instructions)
+
+
+def test_training_aid_is_added_in_training_only(policy, batch):
+    policy.config.history_dropout = policy.config.shift_pixels = policy.config.colour_jitter = 0
+    plain, metrics = policy.eval().forward(batch)
+    assert "auxiliary_loss" not in metrics
+    aided, metrics = policy.train().forward(batch)
+    expected = metrics["instruction_loss"] + policy.config.auxiliary_weight * metrics["auxiliary_loss"]
+    assert metrics["instruction_loss"] == pytest.approx(plain.item(), abs=1e-5)
+    assert aided.item() == pytest.approx(expected, abs=1e-5)
+    without_state = {key: value for key, value in batch.items() if key != schema.STATE}
+    assert policy.forward(without_state)[0].item() == pytest.approx(plain.item(), abs=1e-5)
 
 
 def test_history_reaches_the_model_only_where_it_is_on(small_settings, keysteps, batch):
