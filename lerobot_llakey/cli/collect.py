@@ -15,6 +15,7 @@ from lerobot.utils.constants import HF_LEROBOT_HOME
 from lerobot_llakey import schema
 from lerobot_llakey.cli.errors import one_sentence
 from lerobot_llakey.datasets.collect import CollectSettings, Targets, collect
+from lerobot_llakey.datasets.keysteps import sampling_mode
 from lerobot_llakey.sim.tasks import parse_tasks
 
 
@@ -60,8 +61,6 @@ class CollectConfig:
         Raises:
             ValueError: if a task or the split is unknown or a number is not positive.
         """
-        if self.keystep_mode not in ("thin", "repeat"):
-            raise ValueError(f"Expected a keystep_mode of thin or repeat, got {self.keystep_mode!r}; pick one of these.")
         if min(self.num_episodes, self.image_size, self.fps) < 1:
             raise ValueError(
                 f"Expected num_episodes, image_size and fps of 1 or more, got {self.num_episodes}, {self.image_size} "
@@ -75,7 +74,7 @@ class CollectConfig:
             first_seed=self.first_seed,
             image_size=self.image_size,
             fps=self.fps,
-            keystep_mode="repeat" if self.keystep_mode == "repeat" else "thin",
+            keystep_mode=sampling_mode(self.keystep_mode),
         )
 
     def targets(self) -> Targets:
@@ -85,9 +84,7 @@ class CollectConfig:
             ValueError: if neither demonstrations nor keysteps are asked for.
         """
         if not self.demonstrations and self.keysteps_root is None:
-            raise ValueError(
-                "Expected demonstrations or a keysteps_root, got neither; give --keysteps_root or --demonstrations=true."
-            )
+            raise ValueError("Expected demonstrations or a keysteps_root, got neither; give --keysteps_root.")
         root = self.root or HF_LEROBOT_HOME / self.repo_id
         return Targets(
             demonstrations=root if self.demonstrations else None,

@@ -12,7 +12,7 @@ from lerobot.utils.constants import HF_LEROBOT_HOME
 
 from lerobot_llakey.cli.errors import one_sentence
 from lerobot_llakey.datasets.collect import quieten
-from lerobot_llakey.datasets.keysteps import convert
+from lerobot_llakey.datasets.keysteps import convert, sampling_mode
 
 
 @dataclass
@@ -43,12 +43,10 @@ class KeystepsConfig:
 @parser.wrap()
 def run(config: KeystepsConfig) -> None:
     """Write the keysteps and say how many there are."""
-    if config.mode not in ("thin", "repeat"):
-        raise ValueError(f"Expected a mode of thin or repeat, got {config.mode!r}; pick one of these.")
+    mode = sampling_mode(config.mode)
     quieten()
     root = config.output_root or HF_LEROBOT_HOME / config.output_repo_id
     source = LeRobotDataset(config.repo_id, root=config.root)
-    mode = "repeat" if config.mode == "repeat" else "thin"
     count = convert(source, root, config.output_repo_id, mode=mode, seed=config.seed)
     print(f"{count} keysteps of {source.num_episodes} episodes: {root}")
     if config.push_to_hub:

@@ -20,6 +20,7 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass
 from multiprocessing import get_context, parent_process
+from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +30,7 @@ from lerobot_llakey import schema
 from lerobot_llakey.datasets.demonstrations import ROBOT_TYPE, DemonstrationWriter, frames_of, keystep_rng
 from lerobot_llakey.datasets.image_dataset import ImageDatasetWriter
 from lerobot_llakey.datasets.keysteps import SamplingMode, select
-from lerobot_llakey.datasets.parts import PARTS_SUFFIX, finish, finished_episodes
+from lerobot_llakey.datasets.parts import PARTS_SUFFIX, begin_parts, finish
 from lerobot_llakey.sim.cameras import CameraRig
 from lerobot_llakey.sim.recorder import Episode, record
 from lerobot_llakey.sim.tasks import make_task
@@ -38,6 +39,7 @@ from lerobot_llakey.sim.world import World
 ATTEMPTS = 10
 """Scenes tried for an episode before giving up: an expert that fails this often in a row is broken."""
 _PART_EPISODES = 24
+"""At most so many episodes are lost when a process is killed."""
 _POLL_SECONDS = 0.2
 
 
@@ -133,7 +135,12 @@ def _start_worker(progress: Any) -> None:
     parent = parent_process()
     if parent is not None:
         # A killed parent must not leave workers behind that write into the next run's folder.
-        threading.Thread(target=lambda: (parent.join(), os._exit(1)), daemon=True).start()
+        threading.Thread(target=_die_with, args=(parent,), daemon=True).start()
+
+
+def _die_with(parent: BaseProcess) -> None:
+    parent.join()
+    os._exit(1)
 
 
 def quieten() -> None:
@@ -142,7 +149,7 @@ def quieten() -> None:
     import datasets
 
     datasets.disable_progress_bars()
-    av.logging.set_level(None)
+    av.logging.set_libav_level(av.logging.ERROR)
     logging.getLogger("lerobot").setLevel(logging.ERROR)
 
 
@@ -166,10 +173,21 @@ def good_episode(settings: CollectSettings, index: int, world: World) -> tuple[E
     )
 
 
-def _collect_part(
+def _collect_part_in_worker(
     settings: CollectSettings, kinds: tuple[str, ...], start: int, stop: int, folder: Path
-) -> dict[str, int]:
-    """Write the episodes [start, stop) as finished datasets under ``folder``; returns what was thrown away."""
+) -> None:
+    _collect_part(settings, kinds, start, stop, folder, _progress.put)
+
+
+def _collect_part(
+    settings: CollectSettings,
+    kinds: tuple[str, ...],
+    start: int,
+    stop: int,
+    folder: Path,
+    done: Callable[[int], None],
+) -> None:
+    """Write the episodes [start, stop) as finished datasets under ``folder``; ``done`` hears what each threw away."""
     global _stages
     if _stages is None or _stages.image_size != settings.image_size:
         _stages = _Stages(settings.image_size)
@@ -193,30 +211,29 @@ def _collect_part(
             thrown += bad
             samples = []
             if keysteps is not None:
-                samples = select(
-                    episode.keyframes, len(episode), rng=keystep_rng(episode), mode=settings.keystep_mode
-                )
+                samples = select(episode.keyframes, len(episode), rng=keystep_rng(episode), mode=settings.keystep_mode)
             frames = frames_of(world, rig, episode, range(len(episode)) if demonstrations is not None else samples)
             if demonstrations is not None:
                 demonstrations.add_episode(frames)
             if keysteps is not None:
                 keysteps.add_episode([frames[i] for i in samples] if demonstrations is not None else frames)
-            if _progress is not None:
-                _progress.put(sum(bad.values()))
+            done(sum(bad.values()))
     (temporary / "thrown.json").write_text(json.dumps(thrown))
     temporary.replace(folder)
-    return dict(thrown)
 
 
 def collect(
-    settings: CollectSettings, targets: Targets, num_workers: int = 0, progress: Callable[[int, int], None] | None = None
+    settings: CollectSettings,
+    targets: Targets,
+    num_workers: int = 0,
+    progress: Callable[[int, int], None] | None = None,
 ) -> dict[str, int]:
     """Collect until every target holds all episodes, going on with what is there.
 
     Args:
         settings: what to collect.
         targets: where to.
-        num_workers: processes; one for each CPU core where 0.
+        num_workers: processes; one for each CPU core where 0, none but this one where 1.
         progress: called with the episodes (kept, thrown away) since the last call; a progress bar where None.
 
     Returns:
@@ -228,34 +245,49 @@ def collect(
     """
     named = targets.named()
     if not named:
-        raise ValueError("Expected demonstrations, keysteps or both to be collected, got neither; give a folder for one.")
+        raise ValueError("Expected demonstrations, keysteps or both to be collected, got neither; give one a folder.")
     parts = Path(f"{next(iter(named.values()))[0]}{PARTS_SUFFIX}")
     roots = {kind: root for kind, (root, _) in named.items()}
-    begin = finished_episodes(settings.resumable(), roots, parts)
-    planned = list(_plan(begin, len(settings), parts))
+    quieten()
+    workers = num_workers or os.cpu_count() or 1
+    begin, size = begin_parts(settings.resumable(), roots, parts, _part_size(len(settings), workers))
+    planned = list(_plan(begin, len(settings), size, parts))
     missing = [part for part in planned if not part[2].exists()]
-    for folder in parts.iterdir() if parts.exists() else ():
+    for folder in parts.iterdir():
         if folder.is_dir() and folder not in {part[2] for part in planned}:
             shutil.rmtree(folder)
     with _Bar(len(settings), len(settings) - sum(stop - start for start, stop, _ in missing), progress) as bar:
         if missing:
-            _run(settings, tuple(named), missing, num_workers or os.cpu_count() or 1, bar)
+            run = _run_here if workers == 1 else _run_in_processes
+            run(settings, tuple(named), missing, workers, bar)
     return finish(settings.resumable(), len(settings), named, [part[2] for part in planned], parts)
 
 
-def _plan(begin: int, end: int, parts: Path) -> Iterator[tuple[int, int, Path]]:
-    for start in range(begin, end, _PART_EPISODES):
-        stop = min(start + _PART_EPISODES, end)
+def _part_size(episodes: int, workers: int) -> int:
+    """Large enough that few datasets are merged, small enough that all processes have work until near the end."""
+    return max(4, min(_PART_EPISODES, -(-episodes // (4 * workers))))
+
+
+def _plan(begin: int, end: int, size: int, parts: Path) -> Iterator[tuple[int, int, Path]]:
+    for start in range(begin, end, size):
+        stop = min(start + size, end)
         yield start, stop, parts / f"{start:07d}-{stop:07d}"
 
 
-def _run(
+def _run_here(
+    settings: CollectSettings, kinds: tuple[str, ...], missing: list[tuple[int, int, Path]], _: int, bar: _Bar
+) -> None:
+    for part in missing:
+        _collect_part(settings, kinds, *part, lambda thrown: bar.add(1, thrown))
+
+
+def _run_in_processes(
     settings: CollectSettings, kinds: tuple[str, ...], missing: list[tuple[int, int, Path]], workers: int, bar: _Bar
 ) -> None:
     context = get_context("spawn")
     done = context.Queue()
     with ProcessPoolExecutor(min(workers, len(missing)), context, _start_worker, (done,)) as pool:
-        futures = [pool.submit(_collect_part, settings, kinds, *part) for part in missing]
+        futures = [pool.submit(_collect_part_in_worker, settings, kinds, *part) for part in missing]
         finished = threading.Event()
 
         def watch() -> None:

@@ -49,7 +49,9 @@ def rgb_encoder() -> RGBEncoderConfig:
 def depth_encoder() -> DepthEncoderConfig:
     """Lossless 12-bit HEVC over the contract's depth range: steps below a millimetre within two metres."""
     nearest, farthest = schema.DEPTH_RANGE_METRES
-    return DepthEncoderConfig(preset="ultrafast", g=10, depth_min=nearest, depth_max=farthest)
+    # One thread a stream: eight streams are encoded at once.
+    options = {"x265-params": "lossless=1:log-level=error:pools=none:frame-threads=1"}
+    return DepthEncoderConfig(preset="ultrafast", g=10, depth_min=nearest, depth_max=farthest, extra_options=options)
 
 
 class DemonstrationWriter:

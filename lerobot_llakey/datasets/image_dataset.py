@@ -51,14 +51,19 @@ class ImageDatasetWriter:
     """
 
     def __init__(
-        self, repo_id: str, root: Path, fps: int, features: Mapping[str, Mapping[str, Any]], robot_type: str | None = None
+        self,
+        repo_id: str,
+        root: Path,
+        fps: int,
+        features: Mapping[str, Mapping[str, Any]],
+        robot_type: str | None = None,
     ) -> None:
-        features = {key: dict(feature) for key, feature in features.items()}
-        for feature in features.values():
+        noted = {key: dict(feature) for key, feature in features.items()}
+        for feature in noted.values():
             if (feature.get("info") or {}).get("is_depth_map"):
                 feature["info"] = {**feature["info"], "depth_unit": "mm"}
         self.meta = LeRobotDatasetMetadata.create(
-            repo_id, fps, features, robot_type=robot_type, root=root, use_videos=False
+            repo_id, fps, noted, robot_type=robot_type, root=root, use_videos=False
         )
         self._hf_features = get_hf_features_from_features(self.meta.features)
         self._pictures = list(self.meta.camera_keys)

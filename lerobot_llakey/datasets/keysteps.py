@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, Literal
 
@@ -19,6 +20,19 @@ SamplingMode = Literal["thin", "repeat"]
 STRIDE = 10
 MIN_PER_SEGMENT = 3
 KEYFRAME_REPEATS = 6
+
+
+def sampling_mode(name: str) -> SamplingMode:
+    """The sampling mode of a name.
+
+    Raises:
+        ValueError: if there is none.
+    """
+    if name == "thin":
+        return "thin"
+    if name == "repeat":
+        return "repeat"
+    raise ValueError(f"Expected a mode of keysteps out of thin and repeat, got {name!r}; pick one of these.")
 
 
 def select(
@@ -52,23 +66,23 @@ def select(
         ValueError: if the keyframes do not fit the length or a number is below 1.
     """
     starts = [0, *keyframes]
-    if len(starts) < 2 or starts[-1] != length - 1 or any(a >= b for a, b in zip(starts, starts[1:], strict=False)):
+    if len(starts) < 2 or starts[-1] != length - 1 or any(a >= b for a, b in pairwise(starts)):
         raise ValueError(
             f"Expected increasing keyframes above 0 that end at the last frame {length - 1}, got {list(keyframes)}; "
             "use those of the same episode."
         )
-    if min(stride, min_per_segment, keyframe_repeats) < 1 or mode not in ("thin", "repeat"):
+    if min(stride, min_per_segment, keyframe_repeats) < 1:
         raise ValueError(
-            f"Expected stride, min_per_segment and keyframe_repeats of 1 or more and mode thin or repeat, got {stride}, "
-            f"{min_per_segment}, {keyframe_repeats} and {mode!r}; correct the one that is not."
+            f"Expected stride, min_per_segment and keyframe_repeats of 1 or more, got {stride}, {min_per_segment} and "
+            f"{keyframe_repeats}; correct the one that is not."
         )
     chosen: list[int] = []
-    for first, stop in zip(starts, starts[1:], strict=False):
+    for first, stop in pairwise(starts):
         between = [frame for frame in range(first + 1, stop) if frame % stride == 0]
         others = [frame for frame in range(first + 1, stop) if frame % stride]
         missing = min(max(0, min_per_segment - 1 - len(between)), len(others))
         between += rng.choice(others, missing, replace=False).tolist() if missing else []
-        if mode == "thin":
+        if sampling_mode(mode) == "thin":
             chosen += [first, *sorted(frame for frame in between if rng.random() * keyframe_repeats < 1)]
         else:
             chosen += [first] * keyframe_repeats + sorted(between)

@@ -22,13 +22,17 @@ RECORD = "meta/llakey_collect.json"
 _SETTINGS = "settings.json"
 
 
-def finished_episodes(settings: Mapping[str, Any], roots: Mapping[str, Path], parts: Path) -> int:
-    """Number of episodes that are already in the datasets, 0 where none exists.
+def begin_parts(settings: Mapping[str, Any], roots: Mapping[str, Path], parts: Path, part_size: int) -> tuple[int, int]:
+    """Begin to grow datasets, or go on where a run stopped.
 
     Args:
         settings: of this run.
         roots: folders of the datasets by kind.
         parts: folder of the parts, created here if missing; it must come from the same settings.
+        part_size: episodes a part, unless a run was begun with another number.
+
+    Returns:
+        Number of episodes that the datasets hold without the parts, and the episodes a part.
 
     Raises:
         ValueError: if a folder comes from other settings, is no collected dataset, or the datasets differ in length.
@@ -44,10 +48,11 @@ def finished_episodes(settings: Mapping[str, Any], roots: Mapping[str, Path], pa
         record = read_record(root)
         if record["settings"] != settings:
             raise ValueError(
-                f"Expected {root} to be collected with {dict(settings)}, got {record['settings']}; choose another folder."
+                f"Expected {root} to be collected with {dict(settings)}, got {record['settings']}; choose another "
+                "folder."
             )
         counts[kind] = int(record["episodes"])
-    begun_with: dict[str, Any] = {"settings": dict(settings), "begin": min(counts.values())}
+    begun: dict[str, Any] = {"settings": dict(settings), "begin": min(counts.values()), "part_size": part_size}
     path = parts / _SETTINGS
     if path.exists():
         found = json.loads(path.read_text())
@@ -56,12 +61,14 @@ def finished_episodes(settings: Mapping[str, Any], roots: Mapping[str, Path], pa
                 f"Expected {parts} to be begun with {dict(settings)}, got {found['settings']}; repeat the first "
                 "command or delete that folder."
             )
-        begun_with["begin"] = found["begin"]
+        begun = found
     elif len(set(counts.values())) > 1:
         raise ValueError(f"Expected datasets of one length, got {counts}; collect the shorter one by itself.")
     parts.mkdir(parents=True, exist_ok=True)
-    path.write_text(json.dumps(begun_with))
-    return int(begun_with["begin"])
+    fresh = path.with_suffix(".tmp")
+    fresh.write_text(json.dumps(begun))
+    fresh.replace(path)
+    return int(begun["begin"]), int(begun["part_size"])
 
 
 def read_record(root: Path) -> dict[str, Any]:
@@ -72,7 +79,7 @@ def read_record(root: Path) -> dict[str, Any]:
     """
     path = root / RECORD
     if not path.exists():
-        raise ValueError(f"Expected {root} to be absent or collected by llakey, got another folder; choose another one.")
+        raise ValueError(f"Expected {root} to be absent or collected by llakey, got another folder; choose a new one.")
     return json.loads(path.read_text())
 
 
