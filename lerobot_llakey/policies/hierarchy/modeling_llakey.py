@@ -104,11 +104,14 @@ class LlakeyPolicy(PreTrainedPolicy):
             names = ("revision", "cache_dir", "force_download", "token", "local_files_only")
             options = {name: kwargs[name] for name in names if name in kwargs}
             folder = Path(snapshot_download(str(pretrained_name_or_path), **options))
-        config = config or PreTrainedConfig.from_pretrained(folder)
-        if not isinstance(config, LlakeyConfig):
+        saved_config = PreTrainedConfig.from_pretrained(folder)
+        config = config or saved_config
+        # The given settings may be of the right type while the weights are not: both count.
+        kinds = {saved_config.type, config.type} - {cls.name}
+        if kinds or not isinstance(config, LlakeyConfig):
             raise ValueError(
                 f"Expected a checkpoint of type 'llakey' at {pretrained_name_or_path}, got one of type "
-                f"{config.type!r}: a checkpoint of another kind; a part goes in command_path or action_path."
+                f"{min(kinds)!r}: a checkpoint of another kind; a part goes in command_path or action_path."
             )
         paths = config.command_path, config.action_path
         config.command_path = config.action_path = None
@@ -235,7 +238,7 @@ class LlakeyPolicy(PreTrainedPolicy):
         if key not in batch:
             raise ValueError(
                 f"Expected {key!r} in the batch for commander={self.config.commander!r}, got {sorted(batch)}; switch "
-                "it on in the environment (--env.oracle=true for the oracle) or use commander=policy."
+                "it on in the environment (--env.oracle_instructions=true for the oracle) or use commander=policy."
             )
         if key == schema.ORACLE_INSTRUCTION:
             return [schema.decode_text(codes.cpu()) for codes in batch[key]]

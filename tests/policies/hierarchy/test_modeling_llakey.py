@@ -102,7 +102,7 @@ def test_the_oracle_commands_in_place_of_the_policy(make_tiny, observation, monk
     policy.select_action(observation | {schema.ORACLE_INSTRUCTION: _oracle(said)})
     assert policy.command is None
     assert read == [["grasp the lid", "raise the robotic arm", "raise the robotic arm"]]
-    with pytest.raises(ValueError, match=r"Expected 'observation.oracle_instruction. .*--env.oracle=true"):
+    with pytest.raises(ValueError, match=r"Expected 'observation.oracle_instruction. .*--env.oracle_instructions=true"):
         policy.select_action(observation)
 
 
@@ -230,7 +230,7 @@ def test_checkpoints_of_another_kind_are_refused(make_tiny, saved: Path, tmp_pat
     with pytest.raises(ValueError, match=r"type 'llakey_command' at .* 'llakey_action': a checkpoint of another kind"):
         make_tiny(command_path=str(tmp_path / "action"))
     config = PreTrainedConfig.from_pretrained(saved)
-    with pytest.raises(ValueError, match=r"a checkpoint of another kind: .* missing"):
+    with pytest.raises(ValueError, match="'llakey_action': a checkpoint of another kind"):
         LlakeyPolicy.from_pretrained(tmp_path / "action", config=config)
     with pytest.raises(FileNotFoundError, match="where none was found; check the path"):
         make_tiny(command_path=str(tmp_path / "nowhere"))
@@ -240,6 +240,9 @@ def test_weights_that_do_not_fit_the_settings_are_refused(make_tiny, saved: Path
     config = PreTrainedConfig.from_pretrained(saved, cli_overrides=["--action.text_buckets=128"])
     with pytest.raises(ValueError, match="a checkpoint of another kind"):
         LlakeyPolicy.from_pretrained(saved, config=config)
+    save_file({"other.weight": torch.zeros(1)}, saved / "model.safetensors")
+    with pytest.raises(ValueError, match=r"a checkpoint of another kind: .* missing"):
+        LlakeyPolicy.from_pretrained(saved)
     make_tiny().action.save_pretrained(tmp_path / "action")
     file = tmp_path / "action" / "model.safetensors"
     save_file(dict(list(load_file(file).items())[1:]), file)
