@@ -25,18 +25,27 @@ class RigidMotion:
     pivot: Tensor
     translation: Tensor
 
+    def matrix(self) -> Tensor:
+        """The motions as homogeneous matrices (B, 4, 4)."""
+        cos, sin, zero = self.yaw.cos(), self.yaw.sin(), torch.zeros_like(self.yaw)
+        rows = (cos, -sin, zero, sin, cos, zero, zero, zero, zero + 1)
+        matrix = torch.eye(4, device=self.yaw.device).repeat(len(self.yaw), 1, 1)
+        matrix[:, :3, :3] = torch.stack(rows, dim=-1).unflatten(-1, (3, 3))
+        matrix[:, :3, 3] = self.pivot + self.translation - (matrix[:, :3, :3] @ self.pivot[..., None]).squeeze(-1)
+        return matrix
+
     def move_points(self, points: Tensor) -> Tensor:
-        """Points (B, N, 3) after the motion."""
-        cos, sin = self.yaw.cos()[:, None], self.yaw.sin()[:, None]
-        x, y, z = (points - self.pivot[:, None]).unbind(-1)
-        turned = torch.stack((cos * x - sin * y, sin * x + cos * y, z), dim=-1)
-        return turned + (self.pivot + self.translation)[:, None]
+        """One point (B, 3) for each row, in metres, after the motion."""
+        matrix = self.matrix()
+        return (matrix[:, :3, :3] @ points[..., None]).squeeze(-1) + matrix[:, :3, 3]
+
+    def move_cameras(self, extrinsics: Tensor) -> Tensor:
+        """Camera-to-base matrices (B, C, 4, 4) after the motion: moving the cameras moves all that they see."""
+        return self.matrix()[:, None] @ extrinsics
 
     def move_quaternion(self, quaternion: Tensor) -> Tensor:
         """Quaternions (B, 4) xyzw after the motion."""
-        cos, sin, zero = self.yaw.cos(), self.yaw.sin(), torch.zeros_like(self.yaw)
-        rows = (cos, -sin, zero, sin, cos, zero, zero, zero, zero + 1)
-        turn = torch.stack(rows, dim=-1).unflatten(-1, (3, 3))
+        turn = self.matrix()[:, :3, :3]
         return geometry.matrix_to_quaternion(turn @ geometry.quaternion_to_matrix(quaternion))
 
 

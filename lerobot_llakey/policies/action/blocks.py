@@ -30,13 +30,13 @@ class ConvBlock(nn.Module):
         self.norm = nn.LayerNorm(channels)
         self.film = Film(condition, channels)
         self.spread = nn.Conv2d(channels, channels, 3, padding=1)
-        self.mix = nn.Conv2d(channels, channels, 3, padding=1)
+        self.mix = nn.Linear(channels, channels)
 
     def forward(self, features: Tensor, condition: Tensor) -> Tensor:
         hidden = self.film(self.norm(features), condition)
         hidden = hidden.flatten(0, 1).permute(0, 3, 1, 2)  # (B*V, C, H, W), channels last in memory
-        hidden = self.mix(torch.relu(self.spread(hidden)))
-        return features + hidden.permute(0, 2, 3, 1).unflatten(0, features.shape[:2])
+        hidden = torch.relu(self.spread(hidden)).permute(0, 2, 3, 1).unflatten(0, features.shape[:2])
+        return features + self.mix(hidden)
 
 
 class TokenBlock(nn.Module):

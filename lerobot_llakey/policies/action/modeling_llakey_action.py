@@ -102,19 +102,19 @@ class LlakeyActionPolicy(PreTrainedPolicy):
         """
         config = self.config
         with torch.autocast(self.workspace.device.type, enabled=False):
-            cloud = fuse_views(batch, config.cameras, self.workspace)
             position, quaternion = self._targets(batch[schema.ACTION])
             effector = batch[schema.STATE].float() if config.use_state else None
             if self.training and (config.augment_translation > 0 or config.augment_yaw > 0):
                 motion = sample_motion(position, self.workspace, config.augment_translation, config.augment_yaw)
-                moved = motion.move_points(cloud.points)
-                cloud = PointCloud(moved, cloud.colours, cloud.valid & inside(moved, self.workspace))
+                if schema.EXTRINSICS in batch:
+                    batch = batch | {schema.EXTRINSICS: motion.move_cameras(batch[schema.EXTRINSICS].float())}
                 position, quaternion = position + motion.translation, motion.move_quaternion(quaternion)
                 if effector is not None:
-                    tcp = motion.move_points(effector[:, None, schema.POSITION])[:, 0]
+                    tcp = motion.move_points(effector[:, schema.POSITION])
                     turned = motion.move_quaternion(effector[:, schema.QUATERNION])
                     effector = torch.cat((tcp, turned, effector[:, schema.GRIPPER :]), dim=1)
             target = self._to_unit(position)
+            cloud = fuse_views(batch, config.cameras, self.workspace)
         texts = self._texts(batch)
         if self.training and config.paraphrase_probability > 0:
             texts = [self._paraphrased(text) for text in texts]
@@ -175,7 +175,7 @@ class LlakeyActionPolicy(PreTrainedPolicy):
             effector = batch[schema.STATE].float() if config.use_state else None
         with self._autocast():
             scene, proprioception = self._scene(cloud, effector, self._texts(batch))
-            whole = torch.zeros(len(cloud.points), 3, device=self.workspace.device)
+            whole = torch.zeros_like(scene.effector)
             centre = locate(self.coarse(scene, whole, 1.0).heat, config.views)
             low, extent = self._crop(centre)
             fine = self.fine(scene, low, extent)
@@ -256,7 +256,7 @@ class LlakeyActionPolicy(PreTrainedPolicy):
 
     def _scene(self, cloud: PointCloud, effector: Tensor | None, texts: Sequence[str]) -> tuple[Scene, Tensor]:
         words, padding = self.text(texts)
-        rows = len(cloud.points)
+        rows = len(texts)
         if effector is None:
             place = torch.full((rows, 3), torch.nan, device=words.device)
             proprioception = torch.zeros(rows, PROPRIOCEPTION, device=words.device)
@@ -268,7 +268,7 @@ class LlakeyActionPolicy(PreTrainedPolicy):
         sentence = self.sentence(words, padding).flatten(1)
         condition = self.condition(torch.cat((sentence, proprioception.to(sentence.dtype)), dim=1))
         points = self._to_unit(cloud.points)
-        return Scene(points, cloud.colours, cloud.valid, place, condition, words, padding), proprioception
+        return Scene(points, cloud.colours, cloud.rows, place, condition, words, padding), proprioception
 
     def _read_pose(
         self, fine: ViewOutput, local: Tensor, scene: Scene, proprioception: Tensor

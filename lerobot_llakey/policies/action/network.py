@@ -75,13 +75,15 @@ class MultiViewNetwork(nn.Module):
 
     def forward(self, images: Tensor, condition: Tensor, words: Tensor, padding: Tensor) -> ViewOutput:
         """Images (B, V, S, S, C), condition (B, D), word vectors (B, T, W) and padding (B, T) bool."""
-        fine = self.stem(images) + self.view_bias
+        fine = self.stem(images)
+        fine = fine + self.view_bias.to(fine.dtype)
         for block in self.fine:
             fine = block(fine, condition)
         middle = self.to_middle(fine)
         for block in self.middle:
             middle = block(middle, condition)
-        coarse = self.to_coarse(middle) + self.positions
+        coarse = self.to_coarse(middle)
+        coarse = coarse + self.positions.to(coarse.dtype)
         grid = coarse.shape[1:4]
         seen = coarse.flatten(1, 3)
         tokens = torch.cat((seen, self.words(words).to(seen.dtype)), dim=1)

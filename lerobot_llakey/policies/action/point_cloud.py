@@ -16,22 +16,25 @@ MILLIMETRES = 1e-3
 
 @dataclass
 class PointCloud:
-    """A batch of coloured clouds.
+    """The coloured clouds of a batch, end to end: every later step then costs only what was measured.
 
     Attributes:
-        points: (B, N, 3) metres, base frame.
-        colours: (B, N, 3) in 0..1.
-        valid: (B, N) bool: measured, and inside the workspace.
+        points: (M, 3) in metres, base frame.
+        colours: (M, 3) in 0..1.
+        rows: (M,) int64 batch row that each point belongs to.
     """
 
     points: Tensor
     colours: Tensor
-    valid: Tensor
+    rows: Tensor
 
 
 def inside(points: Tensor, workspace: Tensor) -> Tensor:
     """Which points (..., 3) lie inside bounds (3, 2) in metres; NaN never does."""
-    return ((points >= workspace[:, 0]) & (points < workspace[:, 1])).all(dim=-1)
+    mask = torch.ones_like(points[..., 0], dtype=torch.bool)
+    for axis, (low, high) in enumerate(workspace.tolist()):
+        mask &= (points[..., axis] >= low) & (points[..., axis] < high)
+    return mask
 
 
 def _camera_stack(batch: Mapping[str, Any], cameras: Sequence[str]) -> tuple[Tensor, Tensor]:
@@ -91,7 +94,7 @@ def fuse_views(batch: Mapping[str, Any], cameras: Sequence[str], workspace: Tens
         workspace: (3, 2) bounds in metres.
 
     Returns:
-        Clouds of N = C * H * W points. Depth that is zero, negative or not finite counts as not measured.
+        The points inside the workspace. Depth that is zero, negative or not finite counts as not measured.
 
     Raises:
         ValueError: naming the key and batch row if a camera or its calibration is missing, an image's size does not
@@ -104,7 +107,6 @@ def fuse_views(batch: Mapping[str, Any], cameras: Sequence[str], workspace: Tens
     intrinsics, extrinsics = batch[schema.INTRINSICS].float(), batch[schema.EXTRINSICS].float()
     _check_calibration(intrinsics, extrinsics, cameras, (images.shape[-2], images.shape[-1]))
     points = geometry.unproject(depths * MILLIMETRES, intrinsics, extrinsics).flatten(1, 3)  # (B, C*H*W, 3)
-    colours = images.permute(0, 1, 3, 4, 2).flatten(1, 3)
     valid = inside(points, workspace) & (depths.flatten(1) > 0)
     empty = ~valid.any(dim=1)
     if empty.any():
@@ -114,4 +116,6 @@ def fuse_views(batch: Mapping[str, Any], cameras: Sequence[str], workspace: Tens
             f"{schema.depth_key(cameras[0])} and the other cameras in batch row {row}; check the depth's unit "
             f"(millimetres), {schema.EXTRINSICS} and the workspace."
         )
-    return PointCloud(points, colours, valid)
+    row, place = valid.nonzero(as_tuple=True)
+    colours = images.permute(0, 1, 3, 4, 2).flatten(1, 3)
+    return PointCloud(points[row, place], colours[row, place], row)

@@ -21,44 +21,43 @@ VIEWS: dict[str, tuple[int, int, int, bool]] = {
 """Name -> (axis of the rows, axis of the columns, depth axis, whether the greatest coordinate is nearest)."""
 
 _DEPTH_STEPS = 2**15 - 1
+_INDEX_BITS = 40
 
 
-def splat(points: Tensor, valid: Tensor, views: Sequence[str], size: int, radius: int = 0) -> Tensor:
+def splat(points: Tensor, rows: Tensor, batch: int, views: Sequence[str], size: int, radius: int = 0) -> Tensor:
     """Which point each pixel of each view shows.
 
     Args:
-        points: (B, N, 3) coordinates in the unit cube.
-        valid: (B, N) bool; other points, and those outside the cube, are not drawn.
+        points: (M, 3) coordinates in the unit cube; those outside it are not drawn.
+        rows: (M,) int64 batch row that each point is drawn in.
+        batch: number of rows B.
         views: names out of :data:`VIEWS`.
         size: height and width in pixels; pixel i spans [i, i + 1) / size.
         radius: points cover a square of 2 * radius + 1 pixels.
 
     Returns:
-        (B, V, size, size) int64 index of the nearest point, -1 where nothing is seen.
+        (B, V, size, size) int64 index into the points of the nearest one, -1 where nothing is seen.
     """
-    batch, count, _ = points.shape
-    valid = valid & ((points >= 0) & (points < 1)).all(dim=-1)
-    points = torch.where(valid[..., None], points, 0.0)
-    cells = (points * size).long().clamp_(0, size - 1)  # (B, N, 3)
-    bits = max(count - 1, 1).bit_length()
-    dtype = torch.int32 if bits <= 16 else torch.int64
-    depths = (points * _DEPTH_STEPS).to(dtype)
-    order = torch.arange(count, device=points.device, dtype=dtype)
-    far = torch.iinfo(dtype).max
-    plane = size * size
+    x, y, z = points.unbind(-1)
+    drawn = (x >= 0) & (x < 1) & (y >= 0) & (y < 1) & (z >= 0) & (z < 1)
+    order = drawn.nonzero().squeeze(1)
+    points = points[order]
+    cells = (points * size).long().clamp_(0, size - 1).unbind(-1)
+    depths = (points * _DEPTH_STEPS).long().unbind(-1)
+    offset = rows[order] * (size * size)
+    far = torch.iinfo(torch.int64).max
     images = []
     for name in views:
         row, column, depth, greatest = VIEWS[name]
-        nearness = _DEPTH_STEPS - depths[..., depth] if greatest else depths[..., depth]
-        key = torch.where(valid, (nearness << bits) | order, far)
-        pixel = cells[..., row] * size + cells[..., column]
-        images.append(key.new_full((batch, plane), far).scatter_reduce_(1, pixel, key, "amin"))
-    buffer = torch.stack(images, dim=1).unflatten(2, (size, size))
+        nearness = _DEPTH_STEPS - depths[depth] if greatest else depths[depth]
+        pixel = offset + cells[row] * size + cells[column]
+        image = order.new_full((batch * size * size,), far)
+        images.append(image.scatter_reduce_(0, pixel, (nearness << _INDEX_BITS) | order, "amin"))
+    buffer = torch.stack([image.view(batch, size, size) for image in images], dim=1)
     for axis in (2, 3):
         for _ in range(radius):
             buffer = _spread(buffer, axis)
-    index = (buffer & ((1 << bits) - 1)).long()
-    return torch.where(buffer == far, -1, index)
+    return torch.where(buffer == far, -1, buffer & ((1 << _INDEX_BITS) - 1))
 
 
 def _spread(buffer: Tensor, axis: int) -> Tensor:
@@ -71,10 +70,9 @@ def _spread(buffer: Tensor, axis: int) -> Tensor:
 
 
 def gather_pixels(values: Tensor, index: Tensor) -> Tensor:
-    """Values (B, V, S, S, C) of points (B, N, C) at the pixels of an index (B, V, S, S); zero where nothing is seen."""
-    flat = index.flatten(1).clamp(min=0)
-    picked = values.gather(1, flat[..., None].expand(-1, -1, values.shape[-1])).unflatten(1, index.shape[1:])
-    return picked * (index >= 0)[..., None]
+    """Values (B, V, S, S, C) of points (M, C) at the pixels of an index (B, V, S, S); zero where nothing is seen."""
+    padded = torch.cat((values, values.new_zeros(1, values.shape[-1])))  # the index -1 takes the last row
+    return padded.index_select(0, (index % len(padded)).flatten()).view(*index.shape, -1)
 
 
 def project(points: Tensor, views: Sequence[str]) -> Tensor:

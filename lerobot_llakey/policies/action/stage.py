@@ -23,9 +23,9 @@ class Scene:
     """What both stages look at, in coordinates of the unit cube that spans the workspace.
 
     Attributes:
-        points: (B, N, 3).
-        colours: (B, N, 3) in 0..1.
-        valid: (B, N) bool.
+        points: (M, 3) of all batch rows, end to end.
+        colours: (M, 3) in 0..1.
+        rows: (M,) int64 batch row of each point.
         effector: (B, 3) the present end effector, NaN where the state is not used.
         condition: (B, D) text and proprioception.
         words: (B, T, W) word vectors; padding: (B, T) bool, true where there is no word.
@@ -33,7 +33,7 @@ class Scene:
 
     points: Tensor
     colours: Tensor
-    valid: Tensor
+    rows: Tensor
     effector: Tensor
     condition: Tensor
     words: Tensor
@@ -68,8 +68,8 @@ class Stage(nn.Module):
     def forward(self, scene: Scene, low: Tensor, extent: float) -> ViewOutput:
         """Look at the cube that starts at a corner ``low`` (B, 3) and has edges of ``extent``, in workspace units."""
         with torch.autocast(low.device.type, enabled=False):
-            local = (scene.points - low[:, None]) / extent
-            index = splat(local, scene.valid, self.views, self.size, self.splat_radius)
+            local = (scene.points - low[scene.rows]) / extent
+            index = splat(local, scene.rows, len(low), self.views, self.size, self.splat_radius)
             geometry = self.geometry(scene, index, local, low, extent)
         table = self.grounding(scene.words, scene.padding)  # (B, LEVELS^3, Q)
         lattice = colour_index(geometry[..., :3]).flatten(1)[..., None].expand(-1, -1, table.shape[-1])

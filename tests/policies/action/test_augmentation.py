@@ -18,7 +18,7 @@ def random_poses(count):
 def test_targets_stay_in_the_workspace_and_move_within_the_limits():
     positions, _ = random_poses(2000)
     motion = sample_motion(positions, WORKSPACE, 0.125, 45.0)
-    moved = motion.move_points(positions[:, None])[:, 0]
+    moved = motion.move_points(positions)
     assert ((moved > WORKSPACE[:, 0]) & (moved < WORKSPACE[:, 1])).all()
     assert (moved - positions).abs().max() <= 0.125 + 1e-5
     assert (moved - positions).abs().amax(dim=0).min() > 0.1
@@ -30,16 +30,27 @@ def test_points_and_poses_move_as_one_body():
     motion = sample_motion(positions, WORKSPACE, 0.125, 45.0)
     rotation = geometry.quaternion_to_matrix(quaternions)
     tips = positions + 0.1 * rotation[..., 2]
-    moved = motion.move_points(torch.stack((positions, tips), dim=1))
+    moved, moved_tips = motion.move_points(positions), motion.move_points(tips)
     turned = geometry.quaternion_to_matrix(motion.move_quaternion(quaternions))
-    assert torch.allclose(moved[:, 1], moved[:, 0] + 0.1 * turned[..., 2], atol=1e-5)
-    assert torch.allclose(moved[:, 0], positions + motion.translation, atol=1e-5)
+    assert torch.allclose(moved_tips, moved + 0.1 * turned[..., 2], atol=1e-5)
+    assert torch.allclose(moved, positions + motion.translation, atol=1e-5)
 
 
 def test_no_limits_leave_the_scene_alone():
     positions, quaternions = random_poses(10)
     inner = positions.clamp(min=WORKSPACE[:, 0] + 0.02, max=WORKSPACE[:, 1] - 0.02)
     motion = sample_motion(inner, WORKSPACE, 0.0, 0.0)
-    assert torch.allclose(motion.move_points(inner[:, None])[:, 0], inner, atol=1e-6)
+    assert torch.allclose(motion.move_points(inner), inner, atol=1e-6)
     turned = geometry.quaternion_to_matrix(motion.move_quaternion(quaternions))
     assert torch.allclose(turned, geometry.quaternion_to_matrix(quaternions), atol=1e-5)
+
+
+def test_moved_cameras_see_the_moved_scene():
+    positions, _ = random_poses(3)
+    motion = sample_motion(positions, WORKSPACE, 0.125, 45.0)
+    cameras = torch.eye(4).repeat(3, 2, 1, 1)
+    cameras[:, :, :3, 3] = torch.randn(3, 2, 3, generator=torch.Generator().manual_seed(1))
+    local = positions[:, None] - cameras[:, :, :3, 3]  # unturned cameras: what each sees of the position
+    moved = motion.move_cameras(cameras)
+    seen = (moved[..., :3, :3] @ local[..., None]).squeeze(-1) + moved[..., :3, 3]
+    assert torch.allclose(seen, motion.move_points(positions)[:, None].expand_as(seen), atol=1e-5)

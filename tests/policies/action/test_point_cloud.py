@@ -1,6 +1,7 @@
 import pytest
 import torch
 
+from fakes import COLOURS
 from fakes_action import observation
 from lerobot_llakey import schema
 from lerobot_llakey.policies.action.point_cloud import fuse_views
@@ -11,23 +12,32 @@ WORKSPACE = torch.tensor(schema.WORKSPACE)
 def test_points_lie_on_the_table_and_the_balls():
     batch, centres, _ = observation(rows=2)
     cloud = fuse_views(batch, schema.CAMERAS, WORKSPACE)
-    assert cloud.points.shape == cloud.colours.shape == (2, 4 * 32 * 32, 3)
+    assert cloud.points.shape == cloud.colours.shape == (len(cloud.rows), 3)
     for row in range(2):
-        points = cloud.points[row][cloud.valid[row]]
+        points = cloud.points[cloud.rows == row]
         on_table = points[:, 2].abs() < 2e-3
         on_ball = ((points[:, None] - centres[row]).norm(dim=-1) - 0.04).abs().amin(dim=1) < 2e-3
         assert (on_table | on_ball).all()
         assert on_ball.sum() > 10
 
 
-def test_unmeasured_depth_is_not_valid():
+def test_unmeasured_depth_makes_no_points():
     batch, _, _ = observation(rows=1)
+    cloud = fuse_views(batch, schema.CAMERAS, WORKSPACE)
     depth = batch[schema.depth_key("front")]
     depth[:, :, :16] = 0.0
     depth[:, :, 16] = float("nan")
+    fewer = fuse_views(batch, schema.CAMERAS, WORKSPACE)
+    assert 0 < len(cloud.points) - len(fewer.points) <= 17 * 32
+    assert fewer.points.isfinite().all()
+
+
+def test_points_keep_the_colour_of_their_pixel():
+    batch, centres, names = observation(rows=2)
     cloud = fuse_views(batch, schema.CAMERAS, WORKSPACE)
-    assert not cloud.valid[0, : 17 * 32].any()
-    assert cloud.valid[0, 17 * 32 :].any()
+    for row in range(2):
+        near = (cloud.rows == row) & ((cloud.points - centres[row, 0]).norm(dim=1) < 0.041)
+        assert (cloud.colours[near] - torch.tensor(COLOURS[names[row]])).abs().max() < 0.01
 
 
 def test_a_missing_camera_is_named():
