@@ -30,10 +30,10 @@ class _FixedCamera:
 
 
 _FIXED = {
-    "front": _FixedCamera((1.45, 0.0, 0.75), (0.42, 0.0, 0.12), 45.0),
-    "left_shoulder": _FixedCamera((0.05, 0.75, 0.85), (0.45, 0.0, 0.08), 50.0),
-    "right_shoulder": _FixedCamera((0.05, -0.75, 0.85), (0.45, 0.0, 0.08), 50.0),
-    VIEWER: _FixedCamera((1.35, 0.75, 0.8), (0.38, 0.0, 0.18), 45.0),
+    "front": _FixedCamera((1.45, 0.0, 0.75), (0.47, 0.0, 0.13), 37.0),
+    "left_shoulder": _FixedCamera((0.05, 0.75, 0.85), (0.50, 0.0, 0.10), 41.0),
+    "right_shoulder": _FixedCamera((0.05, -0.75, 0.85), (0.50, 0.0, 0.10), 41.0),
+    VIEWER: _FixedCamera((0.12, 1.15, 0.72), (0.48, 0.0, 0.18), 45.0),
 }
 _WRIST_FOVY = 70.0
 
