@@ -26,7 +26,8 @@ class Pose:
     quaternion: np.ndarray = field(default_factory=lambda: np.array([0.0, 0.0, 0.0, 1.0]))
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "position", np.asarray(self.position, dtype=np.float64).reshape(3))
+        # A copy: MuJoCo hands out views of arrays that it goes on to change.
+        object.__setattr__(self, "position", np.array(self.position, dtype=np.float64).reshape(3))
         object.__setattr__(self, "quaternion", canonical_quaternion(self.quaternion))
 
     @staticmethod
