@@ -35,7 +35,8 @@ class MultiViewNetwork(nn.Module):
     """Views (B, V, S, S, C) to heat maps.
 
     Args:
-        channels: of a rendered pixel.
+        channels: of a rendered pixel that depend on the scene alone.
+        matches: channels that tell how well a pixel's colour fits the words.
         views: number of views.
         size: height and width of a view in pixels, a multiple of 16.
         condition: width of the condition vector.
@@ -48,6 +49,7 @@ class MultiViewNetwork(nn.Module):
     def __init__(
         self,
         channels: int,
+        matches: int,
         views: int,
         size: int,
         condition: int,
@@ -59,7 +61,8 @@ class MultiViewNetwork(nn.Module):
     ) -> None:
         super().__init__()
         fine, middle, coarse = widths
-        self.stem = Down(channels, fine, 4)
+        # Apart, because the scene's channels need no gradient.
+        self.stem, self.match_stem = Down(channels, fine, 4), Down(matches, fine, 4)
         self.view_bias = nn.Parameter(torch.zeros(views, 1, 1, fine))
         self.fine = nn.ModuleList(ConvBlock(fine, condition) for _ in range(blocks[0]))
         self.to_middle = Down(fine, middle)
@@ -72,10 +75,12 @@ class MultiViewNetwork(nn.Module):
         self.from_middle, self.fine_up = Up(middle, fine), ConvBlock(fine, condition)
         self.head_norm, self.head_film = nn.LayerNorm(fine), Film(condition, fine)
         self.head = Up(fine, 1, 4)
+        # A short way from colour to heat: which colour a word means is learned through it within a few hundred steps.
+        self.match_head = nn.Linear(matches, 1)
 
-    def forward(self, images: Tensor, condition: Tensor, words: Tensor, padding: Tensor) -> ViewOutput:
-        """Images (B, V, S, S, C), condition (B, D), word vectors (B, T, W) and padding (B, T) bool."""
-        fine = self.stem(images)
+    def forward(self, images: Tensor, matches: Tensor, condition: Tensor, words: Tensor, padding: Tensor) -> ViewOutput:
+        """Images (B, V, S, S, C), matches (B, V, S, S, Q), condition (B, D), words (B, T, W) and padding (B, T) bool."""
+        fine = self.stem(images) + self.match_stem(matches)
         fine = fine + self.view_bias.to(fine.dtype)
         for block in self.fine:
             fine = block(fine, condition)
@@ -96,5 +101,5 @@ class MultiViewNetwork(nn.Module):
         middle = self.middle_up(middle + self.from_coarse(seen.unflatten(1, grid)), condition)
         fine = self.fine_up(fine + self.from_middle(middle), condition)
         fine = self.head_norm(fine)
-        heat = self.head(self.head_film(fine, condition)).squeeze(-1)
+        heat = (self.head(self.head_film(fine, condition)) + self.match_head(matches)).squeeze(-1)
         return ViewOutput(heat.float(), fine, summary)

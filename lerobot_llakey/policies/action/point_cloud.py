@@ -116,6 +116,6 @@ def fuse_views(batch: Mapping[str, Any], cameras: Sequence[str], workspace: Tens
             f"{schema.depth_key(cameras[0])} and the other cameras in batch row {row}; check the depth's unit "
             f"(millimetres), {schema.EXTRINSICS} and the workspace."
         )
-    row, place = valid.nonzero(as_tuple=True)
+    rows, place = valid.nonzero(as_tuple=True)
     colours = images.permute(0, 1, 3, 4, 2).flatten(1, 3)
-    return PointCloud(points[row, place], colours[row, place], row)
+    return PointCloud(points[rows, place], colours[rows, place], rows)

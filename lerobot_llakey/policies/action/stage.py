@@ -13,7 +13,7 @@ from lerobot_llakey.policies.action.network import MultiViewNetwork, ViewOutput
 from lerobot_llakey.policies.action.renderer import VIEWS, gather_pixels, project, splat
 
 GEOMETRY_CHANNELS = 9
-"""Red, green, blue, seen, depth in the cube, absolute row, column and depth, and the present end effector."""
+"""Red, green, blue, seen, depth in the cube, absolute depth, row and column, and the present end effector."""
 MARKER_SIGMA = 0.02
 """Width of the end effector's mark, as a share of the view."""
 
@@ -54,7 +54,8 @@ class Stage(nn.Module):
         self.views, self.size, self.splat_radius = tuple(config.views), config.view_size, splat_radius
         self.grounding = ColourGrounding(config.text_width, config.colour_queries)
         self.network = MultiViewNetwork(
-            channels=GEOMETRY_CHANNELS + config.colour_queries,
+            channels=GEOMETRY_CHANNELS,
+            matches=config.colour_queries,
             views=len(self.views),
             size=self.size,
             condition=condition,
@@ -67,36 +68,34 @@ class Stage(nn.Module):
 
     def forward(self, scene: Scene, low: Tensor, extent: float) -> ViewOutput:
         """Look at the cube that starts at a corner ``low`` (B, 3) and has edges of ``extent``, in workspace units."""
-        with torch.autocast(low.device.type, enabled=False):
+        device = low.device.type
+        dtype = torch.get_autocast_dtype(device) if torch.is_autocast_enabled(device) else low.dtype
+        with torch.autocast(device, enabled=False):
             local = (scene.points - low[scene.rows]) / extent
             index = splat(local, scene.rows, len(low), self.views, self.size, self.splat_radius)
-            geometry = self.geometry(scene, index, local, low, extent)
+            geometry = self.geometry(scene, index, local, low, extent, dtype)
         table = self.grounding(scene.words, scene.padding)  # (B, LEVELS^3, Q)
         lattice = colour_index(geometry[..., :3]).flatten(1)[..., None].expand(-1, -1, table.shape[-1])
-        match = table.gather(1, lattice).unflatten(1, index.shape[1:]) * geometry[..., 3:4].to(table.dtype)
-        images = torch.cat((geometry.to(match.dtype), match), dim=-1)
-        return self.network(images, scene.condition, scene.words, scene.padding)
+        match = table.gather(1, lattice).unflatten(1, index.shape[1:]) * geometry[..., 3:4]
+        return self.network(geometry, match, scene.condition, scene.words, scene.padding)
 
-    def geometry(self, scene: Scene, index: Tensor, local: Tensor, low: Tensor, extent: float) -> Tensor:
+    def geometry(
+        self, scene: Scene, index: Tensor, local: Tensor, low: Tensor, extent: float, dtype: torch.dtype
+    ) -> Tensor:
         """Channels (B, V, S, S, GEOMETRY_CHANNELS) that do not depend on the words; positions are centred on zero."""
-        seen = (index >= 0).float()[..., None]
-        picked = gather_pixels(torch.cat((scene.colours, local), dim=-1), index)
+        values = torch.cat((scene.colours, torch.ones_like(local[:, :1]), local - 0.5, scene.points - 0.5), dim=-1)
+        picked = gather_pixels(values.to(dtype), index)
         axis = (torch.arange(self.size, device=low.device) + 0.5) / self.size
         # Beyond the view the mark fades; without a state it is NaN and shows nothing.
         effector = project((scene.effector - low) / extent, self.views)  # (B, V, 2)
-        bumps = torch.exp(-0.5 * ((axis - effector[..., None]) / MARKER_SIGMA) ** 2).nan_to_num(0.0)
-        marker = bumps[..., 0, :, None] * bumps[..., 1, None, :]
-        ramps, depths = [], []
+        bumps = torch.exp(-0.5 * ((axis - effector[..., None]) / MARKER_SIGMA) ** 2).nan_to_num(0.0).to(dtype)
+        images = picked.new_empty(*picked.shape[:-1], GEOMETRY_CHANNELS)
+        images[..., :4] = picked[..., :4]
         for view, name in enumerate(self.views):
             row, column, depth, _ = VIEWS[name]
-            rows = (low[:, row, None] + axis * extent)[:, :, None].expand(-1, -1, self.size)
-            columns = (low[:, column, None] + axis * extent)[:, None, :].expand(-1, self.size, -1)
-            ramps.append(torch.stack((rows, columns), dim=-1) - 0.5)
-            depths.append(picked[:, view, ..., 3 + depth, None] - 0.5)
-        inside = torch.stack(depths, dim=1)
-        corners = torch.stack([low[:, VIEWS[name][2]] for name in self.views], dim=1)[:, :, None, None, None]
-        absolute = corners + (inside + 0.5) * extent - 0.5
-        return torch.cat(
-            (picked[..., :3], seen, inside * seen, torch.stack(ramps, dim=1), absolute * seen, marker[..., None]),
-            dim=-1,
-        )
+            images[:, view, ..., 4] = picked[:, view, ..., 4 + depth]
+            images[:, view, ..., 5] = picked[:, view, ..., 7 + depth]
+            images[:, view, ..., 6] = (low[:, row, None] + axis * extent - 0.5)[:, :, None]
+            images[:, view, ..., 7] = (low[:, column, None] + axis * extent - 0.5)[:, None, :]
+        images[..., 8] = bumps[..., 0, :, None] * bumps[..., 1, None, :]
+        return images
