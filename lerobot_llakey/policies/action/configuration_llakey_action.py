@@ -48,6 +48,7 @@ class LlakeyActionConfig(PreTrainedConfig):
         dtype: autocast type, "bfloat16" or "float32"; weights stay in float32.
     """
 
+    input_features: dict[str, PolicyFeature] | None = field(default_factory=dict)
     normalization_mapping: dict[str, NormalizationMode] = field(
         default_factory=lambda: {kind.value: NormalizationMode.IDENTITY for kind in FeatureType}
     )

@@ -79,7 +79,7 @@ class MultiViewNetwork(nn.Module):
         self.match_head = nn.Linear(matches, 1)
 
     def forward(self, images: Tensor, matches: Tensor, condition: Tensor, words: Tensor, padding: Tensor) -> ViewOutput:
-        """Images (B, V, S, S, C), matches (B, V, S, S, Q), condition (B, D), words (B, T, W) and padding (B, T) bool."""
+        """Images (B, V, S, S, C), matches (B, V, S, S, Q), condition (B, D), words (B, T, W), padding (B, T) bool."""
         fine = self.stem(images) + self.match_stem(matches)
         fine = fine + self.view_bias.to(fine.dtype)
         for block in self.fine:

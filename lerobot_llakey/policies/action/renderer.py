@@ -70,9 +70,11 @@ def _spread(buffer: Tensor, axis: int) -> Tensor:
 
 
 def gather_pixels(values: Tensor, index: Tensor) -> Tensor:
-    """Values (B, V, S, S, C) of points (M, C) at the pixels of an index (B, V, S, S); zero where nothing is seen."""
-    padded = torch.cat((values, values.new_zeros(1, values.shape[-1])))  # the index -1 takes the last row
-    return padded.index_select(0, (index % len(padded)).flatten()).view(*index.shape, -1)
+    """Values (..., C) of points (M, C) at the pixels of an index (...); zero where nothing is seen."""
+    if len(values) == 0:
+        return values.new_zeros(*index.shape, values.shape[1])
+    picked = values.index_select(0, index.flatten().clamp(min=0)).view(*index.shape, -1)
+    return picked * (index >= 0)[..., None]
 
 
 def project(points: Tensor, views: Sequence[str]) -> Tensor:

@@ -73,28 +73,26 @@ class Stage(nn.Module):
         with torch.autocast(device, enabled=False):
             local = (scene.points - low[scene.rows]) / extent
             index = splat(local, scene.rows, len(low), self.views, self.size, self.splat_radius)
-            geometry = self.geometry(scene, index, local, low, extent, dtype)
+            geometry = self.geometry(scene, index, low, extent, dtype)
         table = self.grounding(scene.words, scene.padding)  # (B, LEVELS^3, Q)
         lattice = colour_index(geometry[..., :3]).flatten(1)[..., None].expand(-1, -1, table.shape[-1])
         match = table.gather(1, lattice).unflatten(1, index.shape[1:]) * geometry[..., 3:4]
         return self.network(geometry, match, scene.condition, scene.words, scene.padding)
 
-    def geometry(
-        self, scene: Scene, index: Tensor, local: Tensor, low: Tensor, extent: float, dtype: torch.dtype
-    ) -> Tensor:
+    def geometry(self, scene: Scene, index: Tensor, low: Tensor, extent: float, dtype: torch.dtype) -> Tensor:
         """Channels (B, V, S, S, GEOMETRY_CHANNELS) that do not depend on the words; positions are centred on zero."""
-        values = torch.cat((scene.colours, torch.ones_like(local[:, :1]), local - 0.5, scene.points - 0.5), dim=-1)
-        picked = gather_pixels(values.to(dtype), index)
         axis = (torch.arange(self.size, device=low.device) + 0.5) / self.size
         # Beyond the view the mark fades; without a state it is NaN and shows nothing.
         effector = project((scene.effector - low) / extent, self.views)  # (B, V, 2)
         bumps = torch.exp(-0.5 * ((axis - effector[..., None]) / MARKER_SIGMA) ** 2).nan_to_num(0.0).to(dtype)
-        images = picked.new_empty(*picked.shape[:-1], GEOMETRY_CHANNELS)
-        images[..., :4] = picked[..., :4]
+        images = low.new_empty(*index.shape, GEOMETRY_CHANNELS, dtype=dtype)
+        images[..., :3] = gather_pixels(scene.colours, index)
+        images[..., 3] = seen = index >= 0
         for view, name in enumerate(self.views):
             row, column, depth, _ = VIEWS[name]
-            images[:, view, ..., 4] = picked[:, view, ..., 4 + depth]
-            images[:, view, ..., 5] = picked[:, view, ..., 7 + depth]
+            away = gather_pixels(scene.points[:, depth, None], index[:, view]).squeeze(-1)
+            images[:, view, ..., 4] = ((away - low[:, depth, None, None]) / extent - 0.5) * seen[:, view]
+            images[:, view, ..., 5] = (away - 0.5) * seen[:, view]
             images[:, view, ..., 6] = (low[:, row, None] + axis * extent - 0.5)[:, :, None]
             images[:, view, ..., 7] = (low[:, column, None] + axis * extent - 0.5)[:, None, :]
         images[..., 8] = bumps[..., 0, :, None] * bumps[..., 1, None, :]
