@@ -1,0 +1,196 @@
+"""Collecting: the datasets' content, and runs that are stopped, resumed or extended."""
+
+import json
+from collections import Counter
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from lerobot.datasets.language import LANGUAGE_PERSISTENT
+from lerobot.datasets.language_render import active_at
+from lerobot.datasets.lerobot_dataset import LeRobotDataset
+
+from lerobot_llakey import schema
+from lerobot_llakey.datasets import collect as module
+from lerobot_llakey.datasets.collect import ATTEMPTS, CollectSettings, Targets, collect
+from lerobot_llakey.instructions import parse
+from lerobot_llakey.sim.recorder import Episode, record
+from lerobot_llakey.sim.world import World
+
+
+def table(root: Path | None) -> pd.DataFrame:
+    """All rows of a dataset, without pictures and cameras."""
+    dataset = LeRobotDataset("local/any", root=root)
+    kept = [key for key, feature in dataset.features.items() if len(feature["shape"]) == 1]
+    return dataset.hf_dataset.select_columns(kept).with_format("pandas")[:]
+
+
+def seeds(root: Path | None) -> list[int]:
+    """The scene seed of each episode, in order."""
+    return table(root).groupby("episode_index")[schema.EPISODE_SEED].first().tolist()
+
+
+@pytest.fixture(scope="module")
+def demonstrations(collected: Targets) -> LeRobotDataset:
+    return LeRobotDataset("local/demonstrations", root=collected.demonstrations)
+
+
+def test_demonstrations_have_every_column_of_the_contract(demonstrations: LeRobotDataset) -> None:
+    expected = schema.demonstration_features(32, 32)
+    assert set(expected) <= set(demonstrations.features)
+    item = demonstrations[0]
+    for camera in schema.CAMERAS:
+        assert item[schema.image_key(camera)].shape == (3, 32, 32)
+        assert item[schema.depth_key(camera)].shape == (1, 32, 32)
+        assert item[schema.depth_key(camera)].max() > 100
+    assert item[schema.EXTRINSICS].shape == (4, 4, 4)
+    assert item[schema.PREVIOUS_INSTRUCTION] == ""
+    parse(item[schema.INSTRUCTION])
+
+
+def test_depth_survives_the_video_to_within_a_millimetre_or_two(
+    demonstrations: LeRobotDataset, collected: Targets
+) -> None:
+    keysteps = LeRobotDataset("local/keysteps", root=collected.keysteps)
+    key = schema.depth_key("front")
+    exact, stored = keysteps[0][key], demonstrations[0][key]
+    within = exact < 2000
+    assert within.float().mean() > 0.3
+    assert (exact - stored)[within].abs().max() <= 2
+
+
+def test_variations_take_turns_and_keyframe_columns_agree(demonstrations: LeRobotDataset) -> None:
+    rows = table(demonstrations.root)
+    assert rows.groupby("episode_index")[schema.EPISODE_VARIATION].first().tolist() == [0, 1, 2]
+    for _, episode in rows.groupby("episode_index"):
+        keyframes = episode.loc[episode[schema.IS_KEYFRAME], "frame_index"]
+        assert sorted(set(episode[schema.NEXT_KEYFRAME])) == keyframes.tolist()
+        assert keyframes.iloc[-1] == len(episode) - 1
+        assert episode[schema.INSTRUCTION].nunique() == len(keyframes)
+
+
+def test_lerobots_own_language_column_says_the_same(demonstrations: LeRobotDataset) -> None:
+    for index in (0, len(demonstrations) // 2, len(demonstrations) - 1):
+        item = demonstrations[index]
+        active = active_at(float(item["timestamp"]), persistent=item[LANGUAGE_PERSISTENT], style="subtask")
+        assert active is not None and active["content"] == item[schema.INSTRUCTION]
+
+
+def test_keysteps_never_hold_the_last_frame_and_begin_each_episode(collected: Targets) -> None:
+    rows = table(collected.keysteps)
+    assert rows.groupby("episode_index").size().min() >= 3
+    firsts = rows[rows["frame_index"] == 0]
+    assert (firsts[schema.PREVIOUS_INSTRUCTION] == "").all() and (firsts[schema.KEYFRAME_INDEX] == 0).all()
+    changed = rows[rows[schema.IS_KEYFRAME]]
+    assert (changed[schema.PREVIOUS_INSTRUCTION] != changed[schema.INSTRUCTION]).all()
+
+
+def test_a_finished_collection_is_left_alone(collected: Targets, settings: CollectSettings) -> None:
+    before = seeds(collected.keysteps)
+    calls: list[tuple[int, int]] = []
+    collect(settings, collected, num_workers=1, progress=lambda *call: calls.append(call))
+    assert calls == [] and seeds(collected.keysteps) == before
+
+
+@pytest.fixture
+def small_parts(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "_part_size", lambda episodes, workers: 1)
+
+
+def test_a_stopped_run_goes_on_without_losing_or_doubling(
+    collected: Targets, settings: CollectSettings, targets: Targets, small_parts: None
+) -> None:
+    kept: list[int] = []
+
+    def stop(*_: int) -> None:
+        kept.append(1)
+        if len(kept) == 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        collect(settings, targets, num_workers=1, progress=stop)
+    assert targets.keysteps is not None and not targets.keysteps.exists()
+    again: list[int] = []
+    collect(settings, targets, num_workers=1, progress=lambda *_: again.append(1))
+    assert len(again) == 2  # the episode that was being written is written anew, the first one is not
+    pd.testing.assert_frame_equal(table(targets.keysteps), table(collected.keysteps))
+    assert [path.name for path in targets.keysteps.parent.iterdir()] == ["keysteps"]
+
+
+def test_a_run_stopped_while_merging_loses_nothing(
+    collected: Targets, settings: CollectSettings, targets: Targets, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr("lerobot_llakey.datasets.parts.merge", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            collect(settings, targets, num_workers=1, progress=lambda *_: None)
+    again: list[int] = []
+    collect(settings, targets, num_workers=1, progress=lambda *_: again.append(1))
+    assert again == []
+    assert seeds(targets.keysteps) == seeds(collected.keysteps)
+
+
+def test_a_collection_is_extended_by_asking_for_more(
+    collected: Targets, settings: CollectSettings, targets: Targets
+) -> None:
+    collect(replace(settings, num_episodes=1), targets, num_workers=1, progress=lambda *_: None)
+    collect(settings, targets, num_workers=1, progress=lambda *_: None)
+    pd.testing.assert_frame_equal(table(targets.keysteps), table(collected.keysteps))
+
+
+def test_bad_episodes_are_thrown_away_counted_and_made_up_for(
+    settings: CollectSettings, targets: Targets, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def unlucky(world: World, seed: int, variation: int, fps: float) -> Episode:
+        episode = record(world, seed, variation, fps)
+        return replace(episode, keyframes_match=episode.keyframes_match and seed % ATTEMPTS >= 2)
+
+    monkeypatch.setattr(module, "record", unlucky)
+    thrown = collect(replace(settings, num_episodes=1), targets, num_workers=1, progress=lambda *_: None)
+    assert Counter(thrown).total() >= 2
+    assert set(thrown) <= {f"open_drawer: {why}" for why in ("keyframes differ from the waypoints", "not done")}
+    assert targets.keysteps is not None
+    said = json.loads((targets.keysteps / "meta" / "llakey_collect.json").read_text())
+    assert said["thrown_away"] == thrown and said["episodes"] == 1
+    assert np.array(seeds(targets.keysteps)) % ATTEMPTS >= 2
+
+
+def test_an_expert_that_always_fails_is_named(
+    settings: CollectSettings, targets: Targets, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(world: World, seed: int, variation: int, fps: float) -> Episode:
+        empty = np.zeros((1, schema.STATE_DIM), dtype=np.float32)
+        return Episode(empty, empty, [], [], False, False, "open_drawer", "", seed, variation, 0)
+
+    monkeypatch.setattr(module, "record", broken)
+    with pytest.raises(RuntimeError, match="expert of open_drawer to do variation 0"):
+        collect(settings, targets, num_workers=1, progress=lambda *_: None)
+
+
+def test_other_settings_are_refused_before_work(collected: Targets, settings: CollectSettings) -> None:
+    with pytest.raises(ValueError, match="choose another"):
+        collect(replace(settings, image_size=64), collected, num_workers=1)
+
+
+def test_a_folder_that_is_something_else_is_refused(settings: CollectSettings, tmp_path: Path) -> None:
+    (tmp_path / "photos").mkdir()
+    with pytest.raises(ValueError, match="choose a new one"):
+        collect(settings, Targets(None, tmp_path / "photos"), num_workers=1)
+
+
+def test_nothing_to_write_is_refused(settings: CollectSettings) -> None:
+    with pytest.raises(ValueError, match="got neither"):
+        collect(settings, Targets(None, None))
+
+
+@pytest.mark.slow
+def test_processes_write_what_one_process_writes(
+    collected: Targets, settings: CollectSettings, targets: Targets, small_parts: None
+) -> None:
+    collect(settings, targets, num_workers=2, progress=lambda *_: None)
+    pd.testing.assert_frame_equal(table(targets.keysteps), table(collected.keysteps))

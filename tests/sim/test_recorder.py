@@ -1,0 +1,91 @@
+"""The recorder: motion first, pictures of chosen frames after."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from lerobot_llakey import schema
+from lerobot_llakey.sim.cameras import CameraRig
+from lerobot_llakey.sim.recorder import Episode, frame_columns, record, render_frames
+from lerobot_llakey.sim.world import World
+
+SIZE = 32
+
+
+@pytest.fixture(scope="module")
+def episode(drawer_world: World) -> Episode:
+    """The first episode of the validation seeds whose keyframes match, as nearly all do."""
+    seeds = (schema.scene_seed("val", index) for index in range(5))
+    return next(found for found in (record(drawer_world, seed, 1) for seed in seeds) if found.usable)
+
+
+def test_an_episode_holds_states_keyframes_and_an_instruction_a_segment(episode: Episode) -> None:
+    assert episode.success and episode.keyframes_match and episode.usable
+    assert episode.states.shape == (len(episode), schema.STATE_DIM) and episode.states.dtype == np.float32
+    assert len(episode.keyframes) == len(episode.waypoints) == 3
+    assert episode.keyframes[-1] == len(episode) - 1
+    labels = episode.labels()
+    assert labels.instruction[0] == episode.waypoints[0].instruction == "move to the front of the middle handle"
+    assert (episode.task, episode.variation) == ("open_drawer", 1)
+    assert "middle" in episode.description
+
+
+def test_actions_are_where_the_expert_meant_to_go(episode: Episode) -> None:
+    actions = episode.labels().action[[0, *episode.keyframes[:-1]]]
+    for action, waypoint in zip(actions, episode.waypoints, strict=True):
+        assert np.linalg.norm(action[schema.POSITION] - waypoint.pose.position) < 0.02
+        assert abs(action[schema.QUATERNION] @ waypoint.pose.quaternion) > 0.99
+        assert action[schema.GRIPPER] == waypoint.gripper_open
+        assert action[schema.IGNORE_COLLISION] == waypoint.ignore_collision
+
+
+def test_the_same_seed_gives_the_same_episode(drawer_world: World, episode: Episode) -> None:
+    again = record(drawer_world, episode.seed, episode.variation)
+    np.testing.assert_array_equal(again.states, episode.states)
+    np.testing.assert_array_equal(again.qpos, episode.qpos)
+    assert again.keyframes == episode.keyframes
+
+
+def test_pictures_taken_afterwards_are_those_of_the_moment(drawer_world: World, episode: Episode) -> None:
+    record(drawer_world, episode.seed, episode.variation)
+    rig = CameraRig(drawer_world.model, SIZE)
+    now = rig.render_all(drawer_world.data)
+    last = len(episode) - 1
+    pictures = dict(render_frames(drawer_world, rig, episode, [0, last]))
+    rig.close()
+    assert list(pictures) == [0, last]
+    for camera in schema.CAMERAS:
+        # The arm rests at the end, so the last frame shows the present to within a fraction of a millimetre.
+        difference = np.abs(pictures[last][camera].rgb.astype(int) - now[camera].rgb)
+        assert (difference > 8).mean() < 0.01
+        np.testing.assert_allclose(pictures[last][camera].extrinsics, now[camera].extrinsics, atol=1e-3)
+    first, final = pictures[0]["front"], pictures[last]["front"]
+    assert (np.abs(first.rgb.astype(int) - final.rgb) > 8).mean() > 0.01
+
+
+def test_columns_fit_the_contract(drawer_world: World, episode: Episode) -> None:
+    record(drawer_world, episode.seed, episode.variation)
+    rig = CameraRig(drawer_world.model, SIZE)
+    _, pictures = next(render_frames(drawer_world, rig, episode, [0]))
+    rig.close()
+    features = schema.keystep_features(SIZE, SIZE)
+    columns = frame_columns(pictures) | episode.labels().row(0) | episode.origin() | {schema.STATE: episode.states[0]}
+    assert set(columns) == set(features)
+    for key, value in columns.items():
+        if not isinstance(value, str):
+            assert value.shape == tuple(features[key]["shape"]), key
+    depth = columns[schema.depth_key("front")]
+    assert depth.dtype == np.uint16 and 500 < depth.min() < 2000
+
+
+def test_a_world_that_went_on_is_not_rendered(drawer_world: World, episode: Episode) -> None:
+    drawer_world.reset(episode.seed + 1)
+    rig = CameraRig(drawer_world.model, SIZE)
+    with pytest.raises(ValueError, match="render before recording the next episode"):
+        next(render_frames(drawer_world, rig, episode, [0]))
+
+
+def test_labels_need_one_keyframe_a_waypoint(episode: Episode) -> None:
+    with pytest.raises(ValueError, match="instruct every segment"):
+        replace(episode, keyframes=episode.keyframes[1:]).labels()

@@ -1,0 +1,59 @@
+"""Labels: every frame's next action, instruction and keyframe."""
+
+import numpy as np
+import pytest
+
+from lerobot_llakey import schema
+from lerobot_llakey.labels import keyframe_action, label
+
+INSTRUCTIONS = ["move to the top of the cup", "grasp the cup"]
+
+
+def states(openings: list[float]) -> np.ndarray:
+    """A robot that rises a centimetre a frame."""
+    trajectory = np.zeros((len(openings), schema.STATE_DIM), dtype=np.float32)
+    trajectory[:, 2] = 0.01 * np.arange(len(openings))
+    trajectory[:, schema.QUATERNION] = (1, 0, 0, 0)
+    trajectory[:, schema.GRIPPER] = openings
+    return trajectory
+
+
+def test_every_frame_gets_the_pose_reached_at_the_next_keyframe_and_its_instruction() -> None:
+    labels = label(states([1, 1, 1, 1, 0.6, 0.6]), [2, 5], INSTRUCTIONS, [False, True])
+    np.testing.assert_allclose(labels.action[:, 2], [0.02, 0.02, 0.05, 0.05, 0.05, 0.05])
+    np.testing.assert_array_equal(labels.action[:, schema.GRIPPER], [1, 1, 0, 0, 0, 0])
+    np.testing.assert_array_equal(labels.action[:, schema.IGNORE_COLLISION], [0, 0, 1, 1, 1, 1])
+    assert labels.instruction == [INSTRUCTIONS[0]] * 2 + [INSTRUCTIONS[1]] * 4
+    np.testing.assert_array_equal(labels.next_frame, [2, 2, 5, 5, 5, 5])
+    np.testing.assert_array_equal(labels.keyframe_index, [0, 0, 1, 1, 1, 1])
+    np.testing.assert_array_equal(labels.is_keyframe, [0, 0, 1, 0, 0, 1])
+
+
+def test_the_previous_instruction_is_none_at_first_the_finished_one_at_keyframes_and_else_the_current_one() -> None:
+    labels = label(states([1] * 6), [2, 5], INSTRUCTIONS, [False, True])
+    first, second = INSTRUCTIONS
+    assert labels.previous_instruction == ["", first, first, second, second, second]
+
+
+def test_a_row_holds_the_contracts_label_columns() -> None:
+    row = label(states([1] * 3), [2], INSTRUCTIONS[:1], [False]).row(1)
+    features = schema.demonstration_features()
+    for key, value in row.items():
+        if isinstance(value, str):
+            assert features[key]["dtype"] == "string"
+        else:
+            assert (value.dtype.name, value.shape) == (features[key]["dtype"], features[key]["shape"])
+    assert set(row) >= {schema.ACTION, schema.INSTRUCTION, schema.PREVIOUS_INSTRUCTION, schema.NEXT_KEYFRAME}
+
+
+def test_a_gripper_that_holds_something_wide_counts_as_closed_and_the_quaternion_is_canonical() -> None:
+    state = states([0.85])[0]
+    state[schema.QUATERNION] = (0.6, 0, 0, -0.8)
+    action = keyframe_action(state, ignore_collision=False)
+    assert action[schema.GRIPPER] == 0
+    np.testing.assert_allclose(action[schema.QUATERNION], (-0.6, 0, 0, 0.8), atol=1e-6)
+
+
+def test_a_segment_without_instruction_is_refused() -> None:
+    with pytest.raises(ValueError, match=r"2 keyframes, got 1 and 2"):
+        label(states([1] * 6), [2, 5], INSTRUCTIONS[:1], [False, True])
