@@ -94,6 +94,17 @@ def test_gripper_that_closes_as_soon_as_the_arm_stops_is_part_of_the_same_keyfra
     assert discover_keyframes(recording.arm, recording.gripper, FPS) == recording.expected
 
 
+@pytest.mark.parametrize("seed", range(10))
+def test_a_servo_that_lags_and_creeps_into_its_rest_gives_the_same_keyframes(seed: int) -> None:
+    recording = _random_recording(np.random.default_rng(seed))
+    arm = np.array(recording.arm)
+    for frame in range(1, len(arm)):
+        arm[frame] = arm[frame - 1] + 0.75 * (recording.arm[frame] - arm[frame - 1])
+    found = discover_keyframes(arm, recording.gripper, FPS)
+    assert len(found) == len(recording.expected)
+    assert np.abs(np.subtract(found, recording.expected)).max() <= 2
+
+
 def test_gripper_that_closes_between_two_frames_is_a_keyframe_of_its_own() -> None:
     recording = Recording()
     recording.move(np.full(7, 0.5), rest=4)
