@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import torch
@@ -56,8 +57,21 @@ def features_at(features: Tensor, points: Tensor, views: Sequence[str]) -> Tenso
     return picked.flatten(1).unflatten(0, features.shape[:2]).flatten(1)
 
 
+def shift_bins(logits: Tensor, angles: Tensor) -> Tensor:
+    """Logits (..., bins) of angles relative to a present angle (...) in radians, as logits of absolute angles."""
+    bins = logits.shape[-1]
+    offset = angles * (bins / (2 * math.pi))
+    whole = offset.floor()
+    share = (offset - whole)[..., None]
+    source = (torch.arange(bins, device=logits.device) - whole[..., None].long()) % bins
+    return (1 - share) * logits.gather(-1, source) + share * logits.gather(-1, (source - 1) % bins)
+
+
 class PoseHead(nn.Module):
     """Logits of three angles, the gripper and the collision flag.
+
+    Angles are the sum of an absolute vote ("grasp it along its side") and one relative to the present hand ("a quarter
+    turn on", "keep it"), so that neither kind of instruction has to learn to add angles.
 
     Args:
         inputs: width of the input vector.
@@ -71,11 +85,13 @@ class PoseHead(nn.Module):
         self.layers = nn.Sequential(
             nn.LayerNorm(inputs), nn.Linear(inputs, width), nn.GELU(), nn.Linear(width, width), nn.GELU()
         )
-        self.angles = nn.Linear(width, 3 * bins)
+        self.absolute, self.relative = nn.Linear(width, 3 * bins), nn.Linear(width, 3 * bins)
         self.flags = nn.Linear(width, 4)
 
-    def forward(self, features: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-        """Features (B, inputs) to angles (B, 3, bins), gripper (B, 2) and collision (B, 2) logits."""
+    def forward(self, features: Tensor, present: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+        """Features (B, inputs), present angles (B, 3) to angles (B, 3, bins), gripper and collision (B, 2) logits."""
         hidden = self.layers(features)
         flags = self.flags(hidden).float()
-        return self.angles(hidden).float().unflatten(-1, (3, self.bins)), flags[:, :2], flags[:, 2:]
+        absolute = self.absolute(hidden).float().unflatten(-1, (3, self.bins))
+        relative = self.relative(hidden).float().unflatten(-1, (3, self.bins))
+        return absolute + shift_bins(relative, present), flags[:, :2], flags[:, 2:]

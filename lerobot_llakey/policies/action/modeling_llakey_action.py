@@ -275,7 +275,8 @@ class LlakeyActionPolicy(PreTrainedPolicy):
     ) -> tuple[Tensor, Tensor, Tensor]:
         there = features_at(fine.features, local, self.config.views)
         parts = (there, self.summary(fine.summary), scene.condition, proprioception)
-        return self.pose(torch.cat([part.float() for part in parts], dim=1))
+        present = torch.atan2(proprioception[:, 1:4], proprioception[:, 4:7])
+        return self.pose(torch.cat([part.float() for part in parts], dim=1), present)
 
     def _heat_loss(self, output: ViewOutput, point: Tensor, sigma: float) -> Tensor:
         target = heat_target(project(point, self.config.views), self.config.view_size, sigma)

@@ -1,6 +1,9 @@
+import math
+
+import pytest
 import torch
 
-from lerobot_llakey.policies.action.heads import PoseHead, features_at, locate
+from lerobot_llakey.policies.action.heads import PoseHead, features_at, locate, shift_bins
 from lerobot_llakey.policies.action.renderer import project
 from lerobot_llakey.policies.action.targets import heat_target
 
@@ -32,7 +35,24 @@ def test_features_are_read_at_the_projections():
     assert torch.allclose(features_at(maps, point, VIEWS), expected, atol=1e-5)
 
 
+@pytest.mark.parametrize(("present", "expected"), [(0, 3), (10, 13), (70, 1), (-5, 70)])
+def test_relative_votes_turn_with_the_present_angle(present, expected):
+    relative = torch.zeros(1, 72)
+    relative[0, 3] = 1.0
+    shifted = shift_bins(relative, torch.tensor([math.radians(5.0 * present + 0.01)]))
+    assert shifted.argmax().item() == expected
+    assert shifted.sum().item() == pytest.approx(1.0, abs=1e-5)
+
+
+def test_relative_votes_between_bins_are_shared():
+    relative = torch.zeros(1, 72)
+    relative[0, 0] = 1.0
+    shifted = shift_bins(relative, torch.tensor([math.radians(11.0)]))[0]
+    assert shifted[2].item() == pytest.approx(0.8, abs=1e-3)
+    assert shifted[3].item() == pytest.approx(0.2, abs=1e-3)
+
+
 def test_the_pose_head_gives_logits_of_each_part():
-    angles, gripper, collision = PoseHead(10, 72, 16)(torch.randn(3, 10))
+    angles, gripper, collision = PoseHead(10, 72, 16)(torch.randn(3, 10), torch.zeros(3, 3))
     assert angles.shape == (3, 3, 72)
     assert gripper.shape == collision.shape == (3, 2)
