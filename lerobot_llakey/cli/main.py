@@ -13,6 +13,7 @@ from difflib import get_close_matches
 
 VERBS: dict[str, tuple[str, str]] = {
     "collect": ("lerobot_llakey.cli.collect", "let the experts demonstrate; write demonstrations, keysteps or both"),
+    "expert": ("lerobot_llakey.cli.expert", "how often the experts succeed, and whether their keyframes are found"),
     "keysteps": ("lerobot_llakey.cli.keysteps", "draw the training samples from a dataset of demonstrations"),
     "demo": ("lerobot_llakey.cli.demo", "watch a trained policy do the tasks: a table of successes, and videos"),
 }

@@ -1,0 +1,56 @@
+"""``llakey expert``: how often the scripted experts succeed on unseen scenes, and whether their keyframes are found.
+
+llakey expert --task=open_drawer,close_jar,move_block --num_episodes=100 --output_dir=outputs/expert
+"""
+
+import json
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from lerobot.configs import parser
+
+from lerobot_llakey.cli.errors import one_sentence
+from lerobot_llakey.evaluation.expert import evaluate_experts, summarise, table
+from lerobot_llakey.sim.tasks import parse_tasks
+
+
+@dataclass
+class ExpertConfig:
+    """Options of ``llakey expert``.
+
+    Attributes:
+        task: task names separated by commas, or all.
+        num_episodes: episodes of each task; the task's variations take turns.
+        split: of the scene seeds: val or test hold scenes that no training demonstration shows.
+        output_dir: where results.json goes; only the table is printed without it.
+        num_workers: processes; one for each CPU core where 0.
+    """
+
+    task: str = "all"
+    num_episodes: int = 100
+    split: str = "test"
+    output_dir: Path | None = None
+    num_workers: int = 0
+
+
+@parser.wrap()
+def run(config: ExpertConfig) -> None:
+    """Evaluate, print the table, write the results."""
+    if config.num_episodes < 1:
+        raise ValueError(f"Expected num_episodes of 1 or more, got {config.num_episodes}; ask for at least one.")
+    tasks = parse_tasks(config.task)
+    trials = evaluate_experts(tasks, config.num_episodes, config.split, config.num_workers)
+    summary = summarise(trials)
+    print(table(summary))
+    if config.output_dir is not None:
+        config.output_dir.mkdir(parents=True, exist_ok=True)
+        results = {"split": config.split, "tasks": summary, "trials": [asdict(trial) for trial in trials]}
+        path = config.output_dir / "results.json"
+        path.write_text(json.dumps(results, indent=2))
+        print(f"results: {path}")
+
+
+def main() -> None:
+    """Run the verb with the options of the command line."""
+    with one_sentence():
+        run()

@@ -1,0 +1,164 @@
+"""How well the experts do on unseen scenes, and whether their keyframes are found again."""
+
+from __future__ import annotations
+
+import os
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass
+from multiprocessing import get_context
+from typing import Any
+
+import torch
+from tqdm import tqdm
+
+from lerobot_llakey import schema
+from lerobot_llakey.sim.recorder import record
+from lerobot_llakey.sim.tasks import make_task, task_classes
+from lerobot_llakey.sim.world import World
+
+_CHUNK = 10
+_worlds: dict[str, World] = {}
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One episode of an expert.
+
+    Attributes:
+        task: its name.
+        seed: scene seed.
+        variation: of the task.
+        sequence: action sequence of the task.
+        success: whether the oracle was satisfied.
+        keyframes_match: whether the discovered keyframes are the waypoints.
+        actions: number of waypoints.
+        failures: why the arm did not move, where it did not.
+    """
+
+    task: str
+    seed: int
+    variation: int
+    sequence: int
+    success: bool
+    keyframes_match: bool
+    actions: int
+    failures: tuple[str, ...]
+
+
+def run_trials(task: str, split: str, indices: Sequence[int]) -> list[Trial]:
+    """Let a task's expert act in some scenes of a split; variations take turns."""
+    if task not in _worlds:
+        _worlds[task] = World(make_task(task))
+    world = _worlds[task]
+    trials = []
+    for index in indices:
+        episode = record(world, schema.scene_seed(split, index), index % world.task.variations)
+        trials.append(
+            Trial(
+                task=task,
+                seed=episode.seed,
+                variation=episode.variation,
+                sequence=episode.sequence,
+                success=episode.success,
+                keyframes_match=episode.keyframes_match,
+                actions=len(episode.waypoints),
+                failures=tuple(episode.failures),
+            )
+        )
+    return trials
+
+
+def evaluate_experts(tasks: Sequence[str], num_episodes: int, split: str = "test", num_workers: int = 0) -> list[Trial]:
+    """Run every task's expert.
+
+    Args:
+        tasks: their names.
+        num_episodes: for each task.
+        split: of the scene seeds.
+        num_workers: processes; one for each CPU core where 0, none but this one where 1.
+
+    Returns:
+        All trials, by task and seed.
+
+    Raises:
+        ValueError: if the split is unknown.
+    """
+    schema.scene_seed(split, num_episodes)
+    starts = range(0, num_episodes, _CHUNK)
+    jobs = [(task, split, range(start, min(start + _CHUNK, num_episodes))) for start in starts for task in tasks]
+    workers = min(num_workers or os.cpu_count() or 1, len(jobs))
+    trials: list[Trial] = []
+    with tqdm(total=len(tasks) * num_episodes, unit="episode", desc="expert") as bar:
+
+        def gather(found: list[Trial]) -> None:
+            trials.extend(found)
+            bar.set_postfix(success=f"{sum(trial.success for trial in trials) / len(trials):.1%}", refresh=False)
+            bar.update(len(found))
+
+        if workers <= 1:
+            for job in jobs:
+                gather(run_trials(*job))
+        else:
+            with ProcessPoolExecutor(workers, get_context("spawn"), torch.set_num_threads, (1,)) as pool:
+                for future in as_completed([pool.submit(run_trials, *job) for job in jobs]):
+                    gather(future.result())
+    return sorted(trials, key=lambda trial: (tasks.index(trial.task), trial.seed))
+
+
+def summarise(trials: Iterable[Trial]) -> dict[str, dict[str, Any]]:
+    """Figures by task.
+
+    Returns:
+        For each task: episodes; success and keyframes_match as shares (the latter of the successful episodes);
+        variations and sequences that were met, of how many; mean number of actions; reasons of failure; seeds of the
+        episodes that failed or whose keyframes do not match.
+    """
+    grouped: dict[str, list[Trial]] = {}
+    for trial in trials:
+        grouped.setdefault(trial.task, []).append(trial)
+    return {task: _summary(task, found) for task, found in grouped.items()}
+
+
+def _summary(task: str, trials: list[Trial]) -> dict[str, Any]:
+    done = [trial for trial in trials if trial.success]
+    kind = task_classes()[task]
+    sequences = Counter(trial.sequence for trial in trials)
+    return {
+        "episodes": len(trials),
+        "success": len(done) / len(trials),
+        "keyframes_match": sum(trial.keyframes_match for trial in done) / max(1, len(done)),
+        "variations_met": len({trial.variation for trial in trials}),
+        "variations": kind.variations,
+        "sequences_met": len(sequences),
+        "sequences": kind.sequences,
+        "success_by_sequence": {
+            str(sequence): sum(trial.success for trial in trials if trial.sequence == sequence) / count
+            for sequence, count in sorted(sequences.items())
+        },
+        "actions": sum(trial.actions for trial in trials) / len(trials),
+        "failures": dict(Counter(reason for trial in trials for reason in trial.failures)),
+        "failed_seeds": [trial.seed for trial in trials if not trial.success],
+        "mismatched_seeds": [trial.seed for trial in done if not trial.keyframes_match],
+    }
+
+
+def table(summary: dict[str, dict[str, Any]]) -> str:
+    """The figures as text, one line a task."""
+    header = ("task", "episodes", "success", "keyframes", "variations", "sequences", "actions")
+    rows = [
+        (
+            task,
+            str(row["episodes"]),
+            f"{row['success']:.1%}",
+            f"{row['keyframes_match']:.1%}",
+            f"{row['variations_met']}/{row['variations']}",
+            f"{row['sequences_met']}/{row['sequences']}",
+            f"{row['actions']:.1f}",
+        )
+        for task, row in summary.items()
+    ]
+    widths = [max(len(row[column]) for row in (header, *rows)) for column in range(len(header))]
+    lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)) for row in (header, *rows)]
+    return "\n".join(line.rstrip() for line in lines)
