@@ -25,7 +25,7 @@ VISUAL_GROUP, HULL_GROUP = 2, 3
 ARM_CONTYPE, ARM_CONAFFINITY = 2, 1
 """The arm touches the scene (contype 1) but not itself."""
 
-_SERVO = ((4500, 450, 87),) * 2 + ((3500, 350, 87),) * 2 + ((800, 40, 12),) * 3
+_SERVO = ((3000, 150, 87),) * 2 + ((2500, 120, 87),) * 2 + ((800, 40, 12),) * 3
 _GRIP_FORCE = 40.0
 _HAND_COLOUR = (0.92, 0.92, 0.92, 1.0)
 _FINGER_COLOUR = (0.25, 0.25, 0.27, 1.0)
@@ -111,7 +111,8 @@ def _add_hand(spec: mujoco.MjSpec) -> None:
             condim=4,
             priority=1,
             solimp=(0.9, 0.95, 0.003, 0.5, 2),
-            solref=(0.02, 1),
+            # Stiffness and damping: MuJoCo's friction lets what a moving hand holds creep by the inverse of the damping.
+            solref=(-10000, -400),
             **touch,
         )
         _add_servo(spec, name, 1000.0, 40.0, _GRIP_FORCE)

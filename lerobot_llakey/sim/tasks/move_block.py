@@ -1,0 +1,243 @@
+"""Move a block to a target: one wording, three action sequences (paper, Figure 5a).
+
+The red block is inserted into the purple frame, or slid under the roof of the orange target; the yellow block must be
+pulled out of its shelter before it goes to the blue or the green pad. Everything is there in every scene, so what to
+do follows from the words and the picture together.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, ClassVar
+
+import mujoco
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from lerobot_llakey.geometry import Pose, top_down
+from lerobot_llakey.instructions import instruct
+from lerobot_llakey.sim.tasks.base import Task, Waypoint
+
+if TYPE_CHECKING:
+    from lerobot_llakey.sim.world import World
+
+INSERT, SLIDE, PULL_OUT = range(3)
+_VARIATIONS = (
+    ("red", "purple", INSERT),
+    ("red", "orange", SLIDE),
+    ("yellow", "blue", PULL_OUT),
+    ("yellow", "green", PULL_OUT),
+)
+_COLOURS = {
+    "red": (0.85, 0.10, 0.10),
+    "yellow": (0.95, 0.85, 0.10),
+    "purple": (0.50, 0.10, 0.60),
+    "orange": (1.00, 0.50, 0.05),
+    "blue": (0.10, 0.25, 0.90),
+    "green": (0.10, 0.65, 0.20),
+}
+_STONE = (0.45, 0.47, 0.50, 1.0)
+_BLOCK = 0.02
+"""Half the edge of a block, metres."""
+_PAD = 0.034
+_HOLE, _RIM, _RIM_HEIGHT = 0.029, 0.006, 0.009
+"""Half the frame's opening, half its walls' thickness and half their height, metres."""
+_ROOF_EDGE, _ROOF_HEIGHT, _SHELTER = 0.005, 0.052, 0.05
+"""A shelter's roof begins this far behind its centre, at this height; half its width. Metres."""
+_HIGH, _APPROACH, _PULL = 0.12, 0.09, 0.11
+_TOP_GRIP = 0.008
+"""Metres above a block's centre where a hand from above takes it, so that the fingertips clear the frame."""
+_TILT = np.deg2rad(-30)
+_BACK_GRIP = np.array([-0.006, 0.0, 0.004])
+"""Where a hand leaning back takes a block, relative to its centre: out of the roof's way."""
+_COLUMNS = (-0.23, 0.0, 0.23)
+
+
+class MoveBlock(Task):
+    """Four variations, three sequences; the places of everything vary."""
+
+    name: ClassVar[str] = "move_block"
+    variations: ClassVar[int] = 4
+    sequences: ClassVar[int] = 3
+
+    def build(self, spec: mujoco.MjSpec) -> None:
+        world = spec.worldbody
+        box = mujoco.mjtGeom.mjGEOM_BOX
+        for colour in ("red", "yellow"):
+            block = world.add_body(name=f"{colour}_block", pos=(0, 0, 1))
+            block.add_freejoint()
+            block.add_geom(
+                type=box, size=(_BLOCK,) * 3, mass=0.1, friction=(0.6, 0.01, 0.0001), rgba=(*_COLOURS[colour], 1)
+            )
+        for colour in ("blue", "green"):
+            pad = world.add_body(name=f"{colour}_target")
+            pad.add_geom(type=box, size=(_PAD, _PAD, 0.002), pos=(0, 0, 0.002), rgba=(*_COLOURS[colour], 1))
+        frame = world.add_body(name="purple_target")
+        for x, y in ((1, 0), (-1, 0), (0, 1), (0, -1)):
+            along = _HOLE + 2 * _RIM
+            frame.add_geom(
+                type=box,
+                size=(_RIM if x else along, _RIM if y else along, _RIM_HEIGHT),
+                pos=(x * (_HOLE + _RIM), y * (_HOLE + _RIM), _RIM_HEIGHT),
+                rgba=(*_COLOURS["purple"], 1),
+            )
+        bay = world.add_body(name="orange_target")
+        # Flush with the table: a block slides onto it without a step.
+        bay.add_geom(
+            type=box, size=(_PAD, _PAD, 0.001), pos=(0, 0, 0), rgba=(*_COLOURS["orange"], 1), contype=0, conaffinity=0
+        )
+        _add_shelter(bay)
+        _add_shelter(world.add_body(name="shelter"))
+
+    def reset(self, world: World, variation: int) -> None:
+        self.variation = variation
+        self.block, self.target, self.sequence = _VARIATIONS[variation]
+        self.description = f"move the {self.block} block to the {self.target} target"
+        rng = world.rng
+        lane, shelter, rest = rng.permutation(_COLUMNS)
+        x, y = rng.uniform(0.53, 0.59), lane + rng.uniform(-0.02, 0.02)
+        world.place("orange_target", Pose(np.array((x, y, 0.0))))
+        self._place_block(world, "red", (rng.uniform(0.33, 0.40), y + rng.uniform(-0.03, 0.03)), rng.uniform(-0.4, 0.4))
+        x, y = rng.uniform(0.53, 0.59), shelter + rng.uniform(-0.03, 0.03)
+        world.place("shelter", Pose(np.array((x, y, 0.0))))
+        self._place_block(world, "yellow", (x, y), 0.0)
+        spots = [(0.32, shelter), (0.36, rest), (0.54, rest)]
+        for colour, spot in zip(rng.permutation(("purple", "blue", "green")), spots, strict=True):
+            yaw = rng.uniform(-0.5, 0.5) if colour == "purple" else 0.0
+            spot = np.array((*spot, 0.0)) + (rng.uniform(-0.02, 0.02), rng.uniform(-0.03, 0.03), 0.0)
+            world.place(f"{colour}_target", Pose(spot, Rotation.from_euler("z", yaw).as_quat()))
+
+    def success(self, world: World) -> bool:
+        offset = world.pose(f"{self.target}_target").inverse().apply(world.pose(f"{self.block}_block").position)
+        reach = {INSERT: 0.015, SLIDE: 0.02, PULL_OUT: _PAD}[self.sequence]
+        return bool(
+            np.abs(offset[:2]).max() < reach and offset[2] < 1.5 * _BLOCK and not world.holds(f"{self.block}_block")
+        )
+
+    def plan(self, world: World) -> list[Waypoint]:
+        if self.success(world):
+            return []
+        held = world.holds(f"{self.block}_block")
+        if self.sequence == SLIDE:
+            return self._carry_low(world) if held else self._take_from_behind(world, "back") + self._carry_low(world)
+        if self.sequence == PULL_OUT and self._inside(world):
+            pull = self._pull_out(world)
+            return pull if held else self._take_from_behind(world, "front") + pull
+        return self._carry(world) if held else self._take_from_above(world) + self._carry(world)
+
+    @property
+    def _thing(self) -> str:
+        return f"the {self.block} block"
+
+    @property
+    def _goal(self) -> str:
+        return f"the {self.target} target"
+
+    @staticmethod
+    def _place_block(world: World, colour: str, spot: tuple[float, float], yaw: float) -> None:
+        world.place(f"{colour}_block", Pose(np.array((*spot, _BLOCK)), Rotation.from_euler("z", yaw).as_quat()))
+
+    def _block_pose(self, world: World) -> tuple[np.ndarray, float]:
+        """Centre of the block, and its heading within an eighth of a turn: a cube looks the same every quarter."""
+        pose = world.pose(f"{self.block}_block")
+        yaw = pose.rotation.as_euler("zyx")[0]
+        return pose.position, float((yaw + np.pi / 4) % (np.pi / 2) - np.pi / 4)
+
+    def _inside(self, world: World) -> bool:
+        """Whether the block stands in its shelter, where no hand can take it from above."""
+        offset = world.pose("shelter").inverse().apply(world.pose(f"{self.block}_block").position)
+        return bool(-0.05 < offset[0] < _SHELTER and abs(offset[1]) < _SHELTER and offset[2] < _ROOF_HEIGHT)
+
+    def _take(self, world: World, grasp: Pose, before: Pose, side: str) -> list[Waypoint]:
+        distance, angle = world.tool.distance(before)
+        waypoints = [
+            Waypoint(before, True, False, instruct("move", side, self._thing)),
+            Waypoint(grasp, False, True, instruct("grasp", self._thing)),
+        ]
+        return waypoints[1:] if distance < 0.03 and angle < 0.2 and not world.gripper_closed else waypoints
+
+    def _take_from_above(self, world: World) -> list[Waypoint]:
+        position, yaw = self._block_pose(world)
+        grasp = Pose(position, top_down(yaw)).shifted(z=_TOP_GRIP)
+        return self._take(world, grasp, grasp.shifted(z=_HIGH), "top")
+
+    def _take_from_behind(self, world: World, side: str) -> list[Waypoint]:
+        position, yaw = self._block_pose(world)
+        grasp = Pose(position + Rotation.from_euler("z", yaw).apply(_BACK_GRIP), _leaning_back(yaw))
+        return self._take(world, grasp, grasp.advanced(-_APPROACH), side)
+
+    def _carry_low(self, world: World) -> list[Waypoint]:
+        goal = Pose(
+            world.pose(f"{self.target}_target").position + _BACK_GRIP + (0.0, 0.0, _BLOCK + 0.001), _leaning_back(0.0)
+        )
+        slide = Waypoint(goal, False, True, instruct("slide", self._thing, self._goal))
+        return self._unless_there(world, slide)
+
+    def _pull_out(self, world: World) -> list[Waypoint]:
+        goal = world.pose("shelter").shifted(x=-_PULL).position + _BACK_GRIP + (0.0, 0.0, _BLOCK + 0.001)
+        pull = Waypoint(Pose(goal, _leaning_back(0.0)), False, True, instruct("pull_out", self._thing))
+        return [pull, _raised(pull.pose)]
+
+    def _carry(self, world: World) -> list[Waypoint]:
+        """Up, over the target, down onto it, let go."""
+        tool = world.tool
+        above = self._above(world, tool)
+        sideways = np.linalg.norm(tool.position[:2] - above.position[:2])
+        if sideways > 0.02 and tool.position[2] < 0.6 * _HIGH:
+            return [_raised(tool)]
+        down = Pose(above.position * (1, 1, 0) + (0, 0, self._low(tool)), above.quaternion)
+        if self.sequence == INSERT:
+            arrive, put = instruct("align", self._goal), instruct("insert", self._thing, self._goal)
+        else:
+            arrive, put = instruct("move", "top", self._goal), instruct("place", self._thing, self._goal)
+        lower = self._unless_there(world, Waypoint(down, False, True, put))
+        arrived = sideways < 0.02 and tool.distance(above)[1] < 0.15
+        return lower if arrived else [Waypoint(above, False, False, arrive), *lower]
+
+    def _above(self, world: World, tool: Pose) -> Pose:
+        """Where the tool belongs above the target, held as it is: from above, or leaning back."""
+        target = world.pose(f"{self.target}_target")
+        if self._leans(tool):
+            return Pose(target.position + _BACK_GRIP * (1, 1, 0) + (0, 0, _HIGH + _BLOCK), _leaning_back(0.0))
+        yaw = float(target.rotation.as_euler("zyx")[0])
+        return Pose(target.position + (0, 0, _HIGH + _BLOCK), top_down(yaw))
+
+    def _low(self, tool: Pose) -> float:
+        """Height of the tool when the block in it stands on the target, a few millimetres to spare."""
+        floor = 0.004 if self.sequence == INSERT else 0.007
+        return floor + _BLOCK + (_BACK_GRIP[2] if self._leans(tool) else _TOP_GRIP)
+
+    @staticmethod
+    def _leans(tool: Pose) -> bool:
+        return bool(tool.rotation.as_matrix()[2, 2] > -np.cos(_TILT / 2))
+
+    def _unless_there(self, world: World, waypoint: Waypoint) -> list[Waypoint]:
+        """The waypoint and the release after it, or the release alone where the tool has arrived."""
+        release = Waypoint(waypoint.pose, True, True, instruct("release", self._thing))
+        distance, angle = world.tool.distance(waypoint.pose)
+        return [release] if distance < 0.012 and angle < 0.15 else [waypoint, release]
+
+
+def _raised(tool: Pose) -> Waypoint:
+    return Waypoint(tool.shifted(z=_HIGH), False, True, instruct("raise"))
+
+
+def _leaning_back(yaw: float) -> np.ndarray:
+    """Quaternion of a hand above and behind what it takes, heading along ``yaw``."""
+    hand = Rotation.from_euler("y", _TILT) * Rotation.from_quat((1.0, 0.0, 0.0, 0.0))
+    return (Rotation.from_euler("z", yaw) * hand).as_quat()
+
+
+def _add_shelter(body: mujoco.MjsBody) -> None:
+    """A roof on three walls, open towards the robot (-x), over the rear part of a block at the body's origin."""
+    box = mujoco.mjtGeom.mjGEOM_BOX
+    wall, height = 0.004, _ROOF_HEIGHT / 2
+    middle, depth = (_ROOF_EDGE + _SHELTER) / 2, (_SHELTER - _ROOF_EDGE) / 2
+    body.add_geom(type=box, size=(depth, _SHELTER, 0.002), pos=(middle, 0, _ROOF_HEIGHT + 0.002), rgba=_STONE)
+    body.add_geom(type=box, size=(wall, _SHELTER, height), pos=(_SHELTER - wall, 0, height), rgba=_STONE)
+    for side in (-1, 1):
+        body.add_geom(
+            type=box,
+            size=(depth / 2, wall, height),
+            pos=(middle + depth / 2, side * (_SHELTER - wall), height),
+            rgba=_STONE,
+        )
