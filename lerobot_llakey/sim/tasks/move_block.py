@@ -46,7 +46,7 @@ _ROOF_EDGE, _ROOF_HEIGHT, _SHELTER = 0.005, 0.052, 0.05
 _HIGH, _APPROACH, _PULL = 0.12, 0.09, 0.11
 _TOP_GRIP = 0.008
 """Metres above a block's centre where a hand from above takes it, so that the fingertips clear the frame."""
-_TILT = np.deg2rad(-30)
+_TILT = np.deg2rad(-20)
 _BACK_GRIP = np.array([-0.006, 0.0, 0.004])
 """Where a hand leaning back takes a block, relative to its centre: out of the roof's way."""
 _COLUMNS = (-0.23, 0.0, 0.23)
@@ -100,7 +100,7 @@ class MoveBlock(Task):
         x, y = rng.uniform(0.53, 0.59), shelter + rng.uniform(-0.03, 0.03)
         world.place("shelter", Pose(np.array((x, y, 0.0))))
         self._place_block(world, "yellow", (x, y), 0.0)
-        spots = [(0.32, shelter), (0.36, rest), (0.54, rest)]
+        spots = [(0.34, shelter), (0.36, rest), (0.54, rest)]
         for colour, spot in zip(rng.permutation(("purple", "blue", "green")), spots, strict=True):
             yaw = rng.uniform(-0.5, 0.5) if colour == "purple" else 0.0
             spot = np.array((*spot, 0.0)) + (rng.uniform(-0.02, 0.02), rng.uniform(-0.03, 0.03), 0.0)
