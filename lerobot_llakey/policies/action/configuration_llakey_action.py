@@ -92,7 +92,7 @@ class LlakeyActionConfig(PreTrainedConfig):
     optimizer_lr: float = 1e-3
     optimizer_weight_decay: float = 1e-2
     optimizer_grad_clip_norm: float = 5.0
-    scheduler_warmup_steps: int = 200
+    scheduler_warmup_steps: int = 100
 
     def __post_init__(self) -> None:
         super().__post_init__()

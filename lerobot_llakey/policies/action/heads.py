@@ -70,8 +70,9 @@ def shift_bins(logits: Tensor, angles: Tensor) -> Tensor:
 class PoseHead(nn.Module):
     """Logits of three angles, the gripper and the collision flag.
 
-    Angles are the sum of an absolute vote ("grasp it along its side") and one relative to the present hand ("a quarter
-    turn on", "keep it"), so that neither kind of instruction has to learn to add angles.
+    Angles are the sum of three votes: in the frame of the views ("grasp it along its side"), relative to the present
+    hand ("a quarter turn on", "keep it") and relative to the robot's base, which augmentation turns ("straight ahead").
+    No kind of instruction then has to learn to add angles, and what is fixed in the base frame survives augmentation.
 
     Args:
         inputs: width of the input vector.
@@ -85,13 +86,22 @@ class PoseHead(nn.Module):
         self.layers = nn.Sequential(
             nn.LayerNorm(inputs), nn.Linear(inputs, width), nn.GELU(), nn.Linear(width, width), nn.GELU()
         )
-        self.absolute, self.relative = nn.Linear(width, 3 * bins), nn.Linear(width, 3 * bins)
+        self.votes = nn.Linear(width, 9 * bins)
         self.flags = nn.Linear(width, 4)
 
-    def forward(self, features: Tensor, present: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-        """Features (B, inputs), present angles (B, 3) to angles (B, 3, bins), gripper and collision (B, 2) logits."""
+    def forward(self, features: Tensor, present: Tensor, heading: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+        """Read a pose.
+
+        Args:
+            features: (B, inputs).
+            present: (B, 3) the hand's present angles in radians.
+            heading: (B,) yaw of the robot's base in radians: zero but for augmentation.
+
+        Returns:
+            Logits of the angles (B, 3, bins), the gripper (B, 2) and the collision flag (B, 2).
+        """
         hidden = self.layers(features)
         flags = self.flags(hidden).float()
-        absolute = self.absolute(hidden).float().unflatten(-1, (3, self.bins))
-        relative = self.relative(hidden).float().unflatten(-1, (3, self.bins))
-        return absolute + shift_bins(relative, present), flags[:, :2], flags[:, 2:]
+        seen, hand, base = self.votes(hidden).float().unflatten(-1, (3, 3, self.bins)).unbind(1)
+        turn = torch.stack((heading, torch.zeros_like(heading), torch.zeros_like(heading)), dim=-1)
+        return seen + shift_bins(hand, present) + shift_bins(base, turn), flags[:, :2], flags[:, 2:]

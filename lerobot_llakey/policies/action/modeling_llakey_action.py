@@ -104,8 +104,10 @@ class LlakeyActionPolicy(PreTrainedPolicy):
         with torch.autocast(self.workspace.device.type, enabled=False):
             position, quaternion = self._targets(batch[schema.ACTION])
             effector = batch[schema.STATE].float() if config.use_state else None
+            heading = torch.zeros_like(position[:, 0])
             if self.training and (config.augment_translation > 0 or config.augment_yaw > 0):
                 motion = sample_motion(position, self.workspace, config.augment_translation, config.augment_yaw)
+                heading = motion.yaw
                 if schema.EXTRINSICS in batch:
                     batch = batch | {schema.EXTRINSICS: motion.move_cameras(batch[schema.EXTRINSICS].float())}
                 position, quaternion = position + motion.translation, motion.move_quaternion(quaternion)
@@ -124,7 +126,7 @@ class LlakeyActionPolicy(PreTrainedPolicy):
             low, extent = self._crop(target + self._crop_noise(target))
             fine = self.fine(scene, low, extent)
             local = (target - low) / extent
-            angles, gripper, collision = self._read_pose(fine, local, scene, proprioception)
+            angles, gripper, collision = self._read_pose(fine, local, scene, proprioception, heading)
         sigma = shrinking_sigma(
             int(self.training_step), config.heat_sigma_start, config.heat_sigma_end, config.heat_shrink_steps
         )
@@ -180,7 +182,8 @@ class LlakeyActionPolicy(PreTrainedPolicy):
             low, extent = self._crop(centre)
             fine = self.fine(scene, low, extent)
             local = locate(fine.heat, config.views)
-            angles, gripper, collision = self._read_pose(fine, local, scene, proprioception)
+            heading = torch.zeros_like(local[:, 0])
+            angles, gripper, collision = self._read_pose(fine, local, scene, proprioception, heading)
         position = self._from_unit(low + local * extent)
         quaternion = angles_to_quaternion(bin_angles(angles.argmax(dim=-1), config.rotation_bins))
         flags = torch.stack((gripper.argmax(dim=-1), collision.argmax(dim=-1)), dim=-1)
@@ -271,12 +274,12 @@ class LlakeyActionPolicy(PreTrainedPolicy):
         return Scene(points, cloud.colours, cloud.rows, place, condition, words, padding), proprioception
 
     def _read_pose(
-        self, fine: ViewOutput, local: Tensor, scene: Scene, proprioception: Tensor
+        self, fine: ViewOutput, local: Tensor, scene: Scene, proprioception: Tensor, heading: Tensor
     ) -> tuple[Tensor, Tensor, Tensor]:
         there = features_at(fine.features, local, self.config.views)
         parts = (there, self.summary(fine.summary), scene.condition, proprioception)
         present = torch.atan2(proprioception[:, 1:4], proprioception[:, 4:7])
-        return self.pose(torch.cat([part.float() for part in parts], dim=1), present)
+        return self.pose(torch.cat([part.float() for part in parts], dim=1), present, heading)
 
     def _heat_loss(self, output: ViewOutput, point: Tensor, sigma: float) -> Tensor:
         target = heat_target(project(point, self.config.views), self.config.view_size, sigma)

@@ -52,7 +52,19 @@ def test_relative_votes_between_bins_are_shared():
     assert shifted[3].item() == pytest.approx(0.2, abs=1e-3)
 
 
+def test_votes_turn_with_the_hand_and_with_the_base():
+    head = PoseHead(4, 72, 8)
+    votes = torch.zeros(3, 3, 72)
+    votes[1, 1, 4], votes[2, 0, 7] = 5.0, 5.0  # the second angle from the hand, the first from the base
+    torch.nn.init.zeros_(head.votes.weight)
+    head.votes.bias.data = votes.flatten()
+    present = torch.deg2rad(torch.tensor([[0.0, 25.0, 0.0]]))
+    angles, _, _ = head(torch.randn(1, 4), present, torch.deg2rad(torch.tensor([15.0])))
+    assert angles[0, 0].argmax().item() == 10
+    assert angles[0, 1].argmax().item() == 9
+
+
 def test_the_pose_head_gives_logits_of_each_part():
-    angles, gripper, collision = PoseHead(10, 72, 16)(torch.randn(3, 10), torch.zeros(3, 3))
+    angles, gripper, collision = PoseHead(10, 72, 16)(torch.randn(3, 10), torch.zeros(3, 3), torch.zeros(3))
     assert angles.shape == (3, 3, 72)
     assert gripper.shape == collision.shape == (3, 2)
