@@ -114,11 +114,20 @@ class LlakeyCommandPolicy(PreTrainedPolicy):
             save_assets(Path(save_directory) / ASSETS, self.model, self._processor)
 
     def get_optim_params(self) -> list[dict[str, Any]]:
-        """Parameters in two groups: matrices decay, gains, biases and embeddings do not."""
-        named = [(name, value) for name, value in self.named_parameters() if value.requires_grad]
-        decayed = [value for name, value in named if value.ndim > 1 and "embed" not in name]
-        kept = [value for name, value in named if value.ndim <= 1 or "embed" in name]
-        return [{"params": decayed}, {"params": kept, "weight_decay": 0.0}]
+        """Parameters in groups: hidden matrices (for Muon), other weights, and what does not decay."""
+        hidden: list[Tensor] = []
+        weights: list[Tensor] = []
+        rest: list[Tensor] = []
+        for name, value in self.named_parameters():
+            if not value.requires_grad:
+                continue
+            if value.ndim < 2 or "embed" in name:
+                rest.append(value)
+            elif value.ndim == 2 and ".layers." in name:
+                hidden.append(value)
+            else:
+                weights.append(value)
+        return [{"params": hidden, "muon": True}, {"params": weights}, {"params": rest, "weight_decay": 0.0}]
 
     def reset(self) -> None:
         """Nothing is remembered between decisions: the previous instruction comes with the batch."""

@@ -17,7 +17,9 @@ def policy(small_config, keysteps) -> LlakeyCommandPolicy:
 
 
 def _fit(policy: LlakeyCommandPolicy, batch: dict, steps: int = 60, lr: float = 3e-3) -> float:
-    optimizer = torch.optim.AdamW(policy.get_optim_params(), lr=lr)
+    settings = policy.config.get_optimizer_preset()
+    settings.lr = lr
+    optimizer = settings.build(policy.get_optim_params())
     policy.train()
     for _ in range(steps):
         optimizer.zero_grad()
@@ -34,7 +36,7 @@ def test_learns_what_it_can_see_and_read_and_says_it(policy, keysteps):
     first_and_last_frames = [keysteps[index] for index in (0, 5, 6, 11)]
     batch = torch.utils.data.default_collate(first_and_last_frames)
     assert len(set(batch[schema.INSTRUCTION])) == 4
-    policy.config.history_dropout = 0.0
+    policy.config.history_dropout = policy.config.auxiliary_weight = 0.0
     _fit(policy, batch, steps=150)
     _, metrics = policy.forward(batch)
     assert metrics == {"token_accuracy": 1.0, "instruction_accuracy": 1.0, "changed_instruction_accuracy": 1.0}
@@ -158,6 +160,16 @@ def test_synonyms_reword_training_answers_only(policy):
     assert {policy._reworded("grasp the red block") for _ in range(30)} == {"grasp the red block", "grab the red block"}
     policy.eval()
     assert {policy._reworded("grasp the red block") for _ in range(30)} == {"grasp the red block"}
+
+
+def test_every_parameter_is_trained_once_and_hidden_matrices_by_muon(policy):
+    groups = policy.get_optim_params()
+    counted = [id(value) for group in groups for value in group["params"]]
+    assert sorted(counted) == sorted(id(value) for value in policy.parameters())
+    matrices = {id(value) for group in groups if group.get("muon") for value in group["params"]}
+    names = {name for name, value in policy.named_parameters() if id(value) in matrices}
+    assert any("vision_tower" in name for name in names) and any("language_model" in name for name in names)
+    assert not any("embed" in name or "lm_head" in name or "stem" in name for name in names)
 
 
 def test_it_does_not_act(policy, batch):
