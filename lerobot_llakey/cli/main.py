@@ -12,9 +12,11 @@ from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
 
 VERBS: dict[str, tuple[str, str]] = {
+    "annotate": ("lerobot_llakey.cli.annotate", "give your own recordings keyframes and instructions"),
     "collect": ("lerobot_llakey.cli.collect", "let the experts demonstrate; write demonstrations, keysteps or both"),
     "expert": ("lerobot_llakey.cli.expert", "how often the experts succeed, and whether their keyframes are found"),
     "keysteps": ("lerobot_llakey.cli.keysteps", "draw the training samples from a dataset of demonstrations"),
+    "bench": ("lerobot_llakey.cli.bench", "how fast collecting, loading, training and deciding are here"),
     "demo": ("lerobot_llakey.cli.demo", "watch a trained policy do the tasks: a table of successes, and videos"),
 }
 """What can be asked for: verb -> (module with a ``main()``, summary in one line)."""
