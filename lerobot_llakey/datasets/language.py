@@ -6,17 +6,15 @@ recipes, ``active_at(t, style=subtask)`` and viewers find them.
 
 from __future__ import annotations
 
-import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import pyarrow as pa
-import pyarrow.parquet as pq
-from lerobot.datasets.io_utils import write_table_one_row_group_per_episode
 from lerobot.datasets.language import LANGUAGE_PERSISTENT, language_feature_info
-from lerobot.datasets.utils import INFO_PATH
 
 from lerobot_llakey import schema
+from lerobot_llakey.datasets.rewrite import rewrite
 
 _ROWS = pa.list_(
     pa.struct(
@@ -42,46 +40,23 @@ def write_language(root: Path) -> None:
     Raises:
         ValueError: if the dataset has no instruction column.
     """
-    for path in sorted((root / "data").rglob("*.parquet")):
-        table = pq.read_table(path)
-        if schema.INSTRUCTION not in table.column_names:
-            raise ValueError(
-                f"Expected the column {schema.INSTRUCTION} in {path}, found none; annotate the dataset first."
-            )
-        episodes: dict[int, list[dict[str, Any]]] = {}
-        indices = table["episode_index"].to_pylist()
-        segments = table[schema.KEYFRAME_INDEX].to_pylist()
-        times = table["timestamp"].to_pylist()
-        begun: set[tuple[int, int]] = set()
-        for episode, segment, time, text in zip(
-            indices, segments, times, table[schema.INSTRUCTION].to_pylist(), strict=True
-        ):
-            if (episode, segment) not in begun:
-                begun.add((episode, segment))
-                episodes.setdefault(episode, []).append(_row(text, time))
-        column = pa.array([episodes[episode] for episode in indices], type=_ROWS)
-        if LANGUAGE_PERSISTENT in table.column_names:
-            table = table.drop_columns([LANGUAGE_PERSISTENT])
-        # The types that the datasets library noted beside the data no longer name all columns.
-        table = _without_extensions(table.append_column(LANGUAGE_PERSISTENT, column)).replace_schema_metadata(None)
-        fresh = path.with_suffix(".tmp")
-        write_table_one_row_group_per_episode(table, fresh)
-        fresh.replace(path)
-    info_path = root / INFO_PATH
-    info = json.loads(info_path.read_text())
-    info["features"][LANGUAGE_PERSISTENT] = language_feature_info()[LANGUAGE_PERSISTENT]
-    fresh = info_path.with_suffix(".tmp")
-    fresh.write_text(json.dumps(info, indent=4))
-    fresh.replace(info_path)
+    rewrite(root, _column, {LANGUAGE_PERSISTENT: language_feature_info()[LANGUAGE_PERSISTENT]})
 
 
-def _without_extensions(table: pa.Table) -> pa.Table:
-    """The table with matrices as plain nested lists: LeRobot 0.6.1 cannot merge videos datasets that have others."""
-    for index, field in enumerate(table.schema):
-        if isinstance(field.type, pa.ExtensionType):
-            storage = pa.chunked_array([chunk.storage for chunk in table.column(index).chunks], field.type.storage_type)
-            table = table.set_column(index, field.name, storage)
-    return table
+def _column(table: pa.Table) -> Mapping[str, pa.Array]:
+    if schema.INSTRUCTION not in table.column_names:
+        raise ValueError(
+            f"Expected the column {schema.INSTRUCTION}, got only {', '.join(table.column_names)}; annotate the dataset "
+            "first."
+        )
+    columns = ("episode_index", schema.KEYFRAME_INDEX, "timestamp", schema.INSTRUCTION)
+    episodes: dict[int, list[dict[str, Any]]] = {}
+    begun: set[tuple[int, int]] = set()
+    for episode, segment, time, text in zip(*(table[name].to_pylist() for name in columns), strict=True):
+        if (episode, segment) not in begun:
+            begun.add((episode, segment))
+            episodes.setdefault(episode, []).append(_row(text, time))
+    return {LANGUAGE_PERSISTENT: pa.array([episodes[i] for i in table["episode_index"].to_pylist()], type=_ROWS)}
 
 
 def _row(instruction: str, timestamp: float) -> dict[str, Any]:

@@ -1,0 +1,91 @@
+"""``llakey annotate``: give your own recordings keyframes and instructions.
+
+llakey annotate --repo_id=me/recordings --template=instructions.csv      # discover keyframes; fill in the file
+llakey annotate --repo_id=me/recordings --instructions=instructions.csv \
+    --output_repo_id=me/demonstrations --output_root=outputs/demonstrations
+llakey annotate --repo_id=me/recordings --output_repo_id=me/demonstrations      # type the instructions
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from lerobot.configs import parser
+from lerobot.datasets.lerobot_dataset import LeRobotDataset
+from lerobot.utils.constants import HF_LEROBOT_HOME
+
+from lerobot_llakey.cli.errors import one_sentence
+from lerobot_llakey.datasets.annotate import (
+    annotate,
+    ask_instructions,
+    find_keyframes,
+    read_instructions,
+    write_template,
+)
+
+
+@dataclass
+class AnnotateConfig:
+    """Options of ``llakey annotate``.
+
+    Attributes:
+        repo_id: your recordings, on the Hub or in the folder ``root``.
+        root: their folder; by default LeRobot's home folder or the Hub.
+        template: write a CSV file to fill in here, and nothing else.
+        instructions: CSV or JSON file of instructions; they are asked for without it.
+        output_repo_id: name of the demonstrations.
+        output_root: their folder; by default LeRobot's home folder.
+        ignore_collision: whether the planner may touch things on the way to a keyframe.
+        min_rest: seconds that the robot rests at a keyframe at least.
+        arm_tolerance: radians that a resting joint may stray.
+        gripper_tolerance: share of its travel that a resting gripper may stray.
+        push_to_hub: whether to push the demonstrations with their card.
+        private: whether a pushed dataset is private.
+    """
+
+    repo_id: str
+    root: Path | None = None
+    template: Path | None = None
+    instructions: Path | None = None
+    output_repo_id: str | None = None
+    output_root: Path | None = None
+    ignore_collision: bool = True
+    min_rest: float = 0.2
+    arm_tolerance: float = 0.01
+    gripper_tolerance: float = 0.03
+    push_to_hub: bool = False
+    private: bool = False
+
+
+@parser.wrap()
+def run(config: AnnotateConfig) -> None:
+    """Discover keyframes, then write the template or the annotated dataset."""
+    if config.template is None and config.output_repo_id is None:
+        raise ValueError("Expected a template or an output_repo_id, got neither; give --output_repo_id=user/name.")
+    source = LeRobotDataset(config.repo_id, root=config.root)
+    found = find_keyframes(
+        source,
+        min_rest=config.min_rest,
+        arm_tolerance=config.arm_tolerance,
+        gripper_tolerance=config.gripper_tolerance,
+    )
+    count = sum(len(episode.keyframes) for episode in found)
+    print(f"{count} keyframes in {len(found)} episodes")
+    if config.template is not None:
+        write_template(found, config.template)
+        print(f"to fill in: {config.template}")
+        return
+    assert config.output_repo_id is not None
+    instructions = read_instructions(config.instructions) if config.instructions else ask_instructions(found)
+    root = config.output_root or HF_LEROBOT_HOME / config.output_repo_id
+    annotate(source, found, instructions, root, config.output_repo_id, ignore_collision=config.ignore_collision)
+    print(f"demonstrations: {root}")
+    if config.push_to_hub:
+        from lerobot_llakey.datasets.card import push
+
+        print(f"pushed: {push(root, config.output_repo_id, private=config.private)}")
+
+
+def main() -> None:
+    """Run the verb with the options of the command line."""
+    with one_sentence():
+        run()

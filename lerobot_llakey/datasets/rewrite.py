@@ -1,0 +1,60 @@
+"""Changing columns of a finished LeRobotDataset in place, without touching its pictures and videos."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+from lerobot.datasets.io_utils import write_table_one_row_group_per_episode
+from lerobot.datasets.utils import EPISODES_DIR, INFO_PATH
+
+
+def rewrite(
+    root: Path, columns: Callable[[pa.Table], Mapping[str, pa.Array]], features: Mapping[str, Mapping[str, Any]]
+) -> None:
+    """Set columns of a dataset; its statistics of them, if any, are left to the caller.
+
+    Args:
+        root: folder of a finished dataset. Each file is replaced in one step.
+        columns: given the rows of a file, the columns to add or to replace.
+        features: LeRobot's description of these columns.
+    """
+    for path in sorted((root / "data").rglob("*.parquet")):
+        table = pq.read_table(path)
+        for key, column in columns(table).items():
+            if key in table.column_names:
+                table = table.drop_columns([key])
+            table = table.append_column(key, column)
+        # The types that the datasets library noted beside the data no longer name all columns.
+        table = _without_extensions(table).replace_schema_metadata(None)
+        write_table_one_row_group_per_episode(table, _fresh(path))
+        _fresh(path).replace(path)
+    stale = tuple(f"stats/{key}/" for key in features)
+    for path in sorted((root / EPISODES_DIR).rglob("*.parquet")):
+        table = pq.read_table(path)
+        kept = [name for name in table.column_names if not name.startswith(stale)]
+        if len(kept) < table.num_columns:
+            pq.write_table(table.select(kept), _fresh(path))
+            _fresh(path).replace(path)
+    path = root / INFO_PATH
+    info = json.loads(path.read_text())
+    info["features"].update(json.loads(json.dumps(features)))
+    _fresh(path).write_text(json.dumps(info, indent=4))
+    _fresh(path).replace(path)
+
+
+def _fresh(path: Path) -> Path:
+    return path.with_suffix(".tmp")
+
+
+def _without_extensions(table: pa.Table) -> pa.Table:
+    """The table with matrices as plain nested lists: LeRobot 0.6.1 cannot merge videos datasets that have others."""
+    for index, field in enumerate(table.schema):
+        if isinstance(field.type, pa.ExtensionType):
+            storage = pa.chunked_array([chunk.storage for chunk in table.column(index).chunks], field.type.storage_type)
+            table = table.set_column(index, field.name, storage)
+    return table
