@@ -104,10 +104,10 @@ class LlakeyActionPolicy(PreTrainedPolicy):
         with torch.autocast(self.workspace.device.type, enabled=False):
             position, quaternion = self._targets(batch[schema.ACTION])
             effector = batch[schema.STATE].float() if config.use_state else None
-            heading = torch.zeros_like(position[:, 0])
+            heading, lift = torch.zeros_like(position[:, 0]), torch.zeros_like(position)
             if self.training and (config.augment_translation > 0 or config.augment_yaw > 0):
                 motion = sample_motion(position, self.workspace, config.augment_translation, config.augment_yaw)
-                heading = motion.yaw
+                heading, lift = motion.yaw, motion.translation
                 if schema.EXTRINSICS in batch:
                     batch = batch | {schema.EXTRINSICS: motion.move_cameras(batch[schema.EXTRINSICS].float())}
                 position, quaternion = position + motion.translation, motion.move_quaternion(quaternion)
@@ -121,7 +121,7 @@ class LlakeyActionPolicy(PreTrainedPolicy):
         if self.training and config.paraphrase_probability > 0:
             texts = [self._paraphrased(text) for text in texts]
         with self._autocast():
-            scene, proprioception = self._scene(cloud, effector, texts)
+            scene, proprioception = self._scene(cloud, effector, texts, lift)
             coarse = self.coarse(scene, torch.zeros_like(target), 1.0)
             low, extent = self._crop(target + self._crop_noise(target))
             fine = self.fine(scene, low, extent)
@@ -176,8 +176,9 @@ class LlakeyActionPolicy(PreTrainedPolicy):
             cloud = fuse_views(batch, config.cameras, self.workspace)
             effector = batch[schema.STATE].float() if config.use_state else None
         with self._autocast():
-            scene, proprioception = self._scene(cloud, effector, self._texts(batch))
-            whole = torch.zeros_like(scene.effector)
+            texts = self._texts(batch)
+            whole = torch.zeros(len(texts), 3, device=self.workspace.device)
+            scene, proprioception = self._scene(cloud, effector, texts, whole)
             centre = locate(self.coarse(scene, whole, 1.0).heat, config.views)
             low, extent = self._crop(centre)
             fine = self.fine(scene, low, extent)
@@ -257,7 +258,9 @@ class LlakeyActionPolicy(PreTrainedPolicy):
         except ValueError:  # A text outside the grammar, such as a person's own wording, has no synonym.
             return text
 
-    def _scene(self, cloud: PointCloud, effector: Tensor | None, texts: Sequence[str]) -> tuple[Scene, Tensor]:
+    def _scene(
+        self, cloud: PointCloud, effector: Tensor | None, texts: Sequence[str], lift: Tensor
+    ) -> tuple[Scene, Tensor]:
         words, padding = self.text(texts)
         rows = len(texts)
         if effector is None:
@@ -271,7 +274,8 @@ class LlakeyActionPolicy(PreTrainedPolicy):
         sentence = self.sentence(words, padding).flatten(1)
         condition = self.condition(torch.cat((sentence, proprioception.to(sentence.dtype)), dim=1))
         points = self._to_unit(cloud.points)
-        return Scene(points, cloud.colours, cloud.rows, place, condition, words, padding), proprioception
+        base = lift / (self.workspace[:, 1] - self.workspace[:, 0])
+        return Scene(points, cloud.colours, cloud.rows, base, place, condition, words, padding), proprioception
 
     def _read_pose(
         self, fine: ViewOutput, local: Tensor, scene: Scene, proprioception: Tensor, heading: Tensor

@@ -26,6 +26,8 @@ class Scene:
         points: (M, 3) of all batch rows, end to end.
         colours: (M, 3) in 0..1.
         rows: (M,) int64 batch row of each point.
+        base: (B, 3) where the workspace's lower corner lies once augmentation has moved the scene; else zero. Only its
+            height is used: heights are told from the base, so that what is fixed there survives augmentation.
         effector: (B, 3) the present end effector, NaN where the state is not used.
         condition: (B, D) text and proprioception.
         words: (B, T, W) word vectors; padding: (B, T) bool, true where there is no word.
@@ -34,6 +36,7 @@ class Scene:
     points: Tensor
     colours: Tensor
     rows: Tensor
+    base: Tensor
     effector: Tensor
     condition: Tensor
     words: Tensor
@@ -88,12 +91,13 @@ class Stage(nn.Module):
         images = low.new_empty(*index.shape, GEOMETRY_CHANNELS, dtype=dtype)
         images[..., :3] = gather_pixels(scene.colours, index)
         images[..., 3] = seen = index >= 0
+        told = scene.base * scene.base.new_tensor((0.0, 0.0, 1.0)) + 0.5
         for view, name in enumerate(self.views):
             row, column, depth, _ = VIEWS[name]
             away = gather_pixels(scene.points[:, depth, None], index[:, view]).squeeze(-1)
             images[:, view, ..., 4] = ((away - low[:, depth, None, None]) / extent - 0.5) * seen[:, view]
-            images[:, view, ..., 5] = (away - 0.5) * seen[:, view]
-            images[:, view, ..., 6] = (low[:, row, None] + axis * extent - 0.5)[:, :, None]
-            images[:, view, ..., 7] = (low[:, column, None] + axis * extent - 0.5)[:, None, :]
+            images[:, view, ..., 5] = (away - told[:, depth, None, None]) * seen[:, view]
+            images[:, view, ..., 6] = (low[:, row, None] + axis * extent - told[:, row, None])[:, :, None]
+            images[:, view, ..., 7] = (low[:, column, None] + axis * extent - told[:, column, None])[:, None, :]
         images[..., 8] = bumps[..., 0, :, None] * bumps[..., 1, None, :]
         return images
