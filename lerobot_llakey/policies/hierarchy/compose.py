@@ -5,18 +5,23 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import torch
+
 from lerobot_llakey.policies.hierarchy.configuration_llakey import LlakeyConfig
 from lerobot_llakey.policies.hierarchy.modeling_llakey import LlakeyPolicy
 from lerobot_llakey.policies.hierarchy.processor_llakey import make_llakey_pre_post_processors
 
 
-def compose(command_path: str | Path, action_path: str | Path, output_dir: str | Path, **settings: Any) -> LlakeyPolicy:
+def compose(
+    command_path: str | Path, action_path: str | Path, output_dir: str | Path, half: bool = False, **settings: Any
+) -> LlakeyPolicy:
     """Save a checkpoint that holds both parts and stands alone: ``--policy.path=output_dir`` loads it.
 
     Args:
         command_path: Hub name or folder of the command policy.
         action_path: Hub name or folder of the action policy.
         output_dir: folder to write.
+        half: store weights in float16, at half the size; they are loaded into float32 again.
         **settings: other fields of :class:`LlakeyConfig`, such as ``repeat_threshold``.
 
     Returns:
@@ -28,12 +33,21 @@ def compose(command_path: str | Path, action_path: str | Path, output_dir: str |
     """
     config = LlakeyConfig(command_path=str(command_path), action_path=str(action_path), **settings)
     policy = LlakeyPolicy(config).eval()
-    save(policy, output_dir)
+    save(policy, output_dir, half)
     return policy
 
 
-def save(policy: LlakeyPolicy, output_dir: str | Path) -> None:
-    """Write a policy together with its processors, as a training run of LeRobot does."""
-    policy.save_pretrained(output_dir)
+def save(policy: LlakeyPolicy, output_dir: str | Path, half: bool = False) -> None:
+    """Write a policy together with its processors, as a training run of LeRobot does.
+
+    Args:
+        policy: what to write.
+        output_dir: folder to write.
+        half: store floating-point weights in float16.
+    """
+    weights = policy.state_dict()
+    if half:
+        weights = {name: value.half() if torch.is_floating_point(value) else value for name, value in weights.items()}
+    policy.save_pretrained(output_dir, state_dict=weights)
     for pipeline in make_llakey_pre_post_processors(policy.config):
         pipeline.save_pretrained(output_dir)

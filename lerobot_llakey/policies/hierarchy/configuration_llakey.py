@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from lerobot.configs import FeatureType, NormalizationMode, PreTrainedConfig
-from lerobot.optim import AdamWConfig
 from lerobot.optim.schedulers import CosineAnnealingWithWarmupSchedulerConfig
 
 from lerobot_llakey import instructions
 from lerobot_llakey.policies.action.configuration_llakey_action import LlakeyActionConfig
 from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
+from lerobot_llakey.policies.muon import MuonConfig
 
 COMMANDERS = ("policy", "oracle", "task")
 
@@ -86,10 +86,10 @@ class LlakeyConfig(PreTrainedConfig):
     def validate_features(self) -> None:
         """The parts check their own features when they are built."""
 
-    def get_optimizer_preset(self) -> AdamWConfig:
-        """AdamW; the policy's parameter groups carry the rates, betas and decays of the parts' own presets."""
+    def get_optimizer_preset(self) -> MuonConfig:
+        """Muon on the groups that ask for it, AdamW on the rest; the groups carry the parts' own rates and decays."""
         preset = self.action.get_optimizer_preset()
-        return AdamWConfig(
+        return MuonConfig(
             lr=preset.lr * self.action_lr_multiplier,
             betas=preset.betas,
             weight_decay=preset.weight_decay,
