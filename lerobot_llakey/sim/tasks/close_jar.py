@@ -1,0 +1,270 @@
+"""Screw the lid on the jar of the named colour (RLBench's ``close_jar``)."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import mujoco
+import numpy as np
+
+from lerobot_llakey.geometry import Pose, top_down
+from lerobot_llakey.instructions import instruct
+from lerobot_llakey.sim.colours import COLOUR_NAMES, COLOURS
+from lerobot_llakey.sim.robot import ARM_CONTYPE
+from lerobot_llakey.sim.tasks.base import Task, Waypoint
+from lerobot_llakey.sim.thread import FIRM, THREAD_BIT, Thread
+from lerobot_llakey.sim.world import World
+
+_WORDINGS = (
+    "close the {} jar",
+    "screw on the {} jar lid",
+    "grasping the lid, lift it from the table and use it to seal the {} jar",
+    "pick up the lid from the table and put it on the {} jar",
+)
+_JARS = ("jar", "other_jar")
+_JAR_RADIUS, _JAR_HEIGHT = 0.046, 0.072
+_NECK_RADIUS, _NECK_TOP, _TIP_RADIUS, _TIP_TOP = 0.0205, 0.096, 0.010, 0.107
+"""Above the body comes a straight neck, then a cone that guides a lid set down up to a centimetre beside it."""
+_LID_RADIUS, _LID_BORE, _LID_DEPTH, _LID_HEIGHT = 0.027, 0.022, 0.030, 0.036
+_LID_COLOUR = (0.38, 0.39, 0.42, 1.0)
+_TRAVEL, _ANGLE = 0.008, np.deg2rad(105)
+_ENTRY = _TIP_TOP + 0.001 + _TRAVEL - _LID_DEPTH
+"""Height of the lid's rim above the table on the first turn of the thread."""
+_CLOSED = np.deg2rad(75)
+"""Radians of turn that count as closed."""
+_GRASP = 0.020
+"""Height of the fingertips above the lid's rim."""
+_ABOVE, _CARRY = 0.10, 0.19
+"""Metres from the lid to the hand before it grasps, and height of the hand while it carries the lid."""
+_PRESS = 0.003
+"""Metres by which the hand aims below the thread, so that a lid held a little low in the hand still sits on it."""
+_YAW = np.deg2rad(55)
+"""The hand is turned to one side from the start, so that one turn to the other side, within joint 7, is enough."""
+_X, _Y, _REACH = (0.32, 0.63), (-0.31, 0.31), (0.43, 0.68)
+"""Metres: where things stand, and how far from the base, so that a hand that points down reaches them."""
+_JAR_GAP, _LID_GAP = 0.14, 0.165
+"""Metres between the jars, and between lid and jars: the hand is 20 cm wide and comes down among them."""
+_SPOTS = ((0.50, 0.2), (0.50, 0.0), (0.50, -0.2))
+
+
+class CloseJar(Task):
+    """Twenty variations, one for each colour; beside the jar stands one of another colour.
+
+    The jars are heavy: they slide when pushed, but do not tip over or turn.
+    """
+
+    name: ClassVar[str] = "close_jar"
+    variations: ClassVar[int] = len(COLOURS)
+
+    def __init__(self) -> None:
+        self.threads = tuple(Thread(jar, "lid", _TRAVEL, _ANGLE) for jar in _JARS)
+        self.thread = self.threads[0]
+
+    def build(self, spec: mujoco.MjSpec) -> None:
+        spec.add_mesh(name="jar_tip", uservert=_cone(_NECK_RADIUS, _TIP_RADIUS, _TIP_TOP - _NECK_TOP).ravel())
+        for jar, thread in zip(_JARS, self.threads, strict=True):
+            thread.add(spec, _add_jar(spec, jar), (0, 0, _ENTRY), _LID_DEPTH)
+        _add_lid(spec)
+
+    def reset(self, world: World, variation: int) -> None:
+        rng = world.rng
+        self.variation, self.colour = variation, COLOUR_NAMES[variation]
+        self.other_colour = COLOUR_NAMES[(variation + int(rng.integers(1, self.variations))) % self.variations]
+        self.description = str(rng.choice(_WORDINGS)).format(self.colour)
+        for body, spot in zip((*_JARS, "lid"), _spots(rng), strict=True):
+            world.place(body, Pose(np.array((*spot, 0.0))))
+        for jar, colour in zip(_JARS, (self.colour, self.other_colour), strict=True):
+            for part in ("body", "shoulder", "neck", "tip"):
+                world.paint(f"{jar}_{part}", COLOURS[colour])
+
+    def before_step(self, world: World) -> None:
+        for thread in self.threads:
+            thread.before_step(world)
+
+    def success(self, world: World) -> bool:
+        return self.thread.turned(world) >= _CLOSED and not world.holds("lid")
+
+    def plan(self, world: World) -> list[Waypoint]:
+        if self.success(world):
+            return []
+        held = world.held_bodies()
+        if "lid" not in held:
+            wrong = [jar for jar in _JARS if jar in held]
+            return [_release(world, self._jar_name(jar)) for jar in wrong] + self._fetch(world)
+        for thread in self.threads:
+            if thread.seated(world):
+                return self._turn(world, thread)
+        return self._carry(world)
+
+    def _jar_name(self, jar: str) -> str:
+        colour = self.colour if jar == _JARS[0] else self.other_colour
+        return f"the {colour} jar"
+
+    def _fetch(self, world: World) -> list[Waypoint]:
+        """All steps, or those from the grasp on where the hand waits above the lid."""
+        wrong = self.threads[1].engaged(world)
+        grasp = Pose(world.pose("lid").position, top_down(-_YAW if wrong else _YAW)).shifted(z=_GRASP)
+        before = grasp.shifted(z=_ABOVE)
+        distance, angle = world.tool.distance(before)
+        ready = distance < 0.025 and angle < 0.15 and not world.gripper_closed
+        steps = [
+            Waypoint(before, True, False, instruct("move", "top", "the lid")),
+            Waypoint(grasp, False, True, instruct("grasp", "the lid")),
+        ][ready:]
+        grip = np.array([0.0, 0.0, _GRASP])
+        if wrong:
+            return [*steps, self._unscrew(world, grip), *self._bring(world, grip)]
+        return steps + self._bring(world, grip)[3 * self.thread.seated(world) :]
+
+    def _bring(self, world: World, grip: np.ndarray) -> list[Waypoint]:
+        """The steps from the raise on, for a lid at ``grip`` (3,) metres in the tool's frame."""
+        lid, jar, name = world.pose("lid").position, world.pose(_JARS[0]).position, self._jar_name(_JARS[0])
+        carry = _CARRY - _GRASP
+        raised = _hand((lid[0], lid[1], carry), _YAW, grip)
+        aligned = _hand((jar[0], jar[1], carry), _YAW, grip)
+        placed = _hand((jar[0], jar[1], _ENTRY - _PRESS), _YAW, grip)
+        screwed = _hand((jar[0], jar[1], _ENTRY - _TRAVEL - _PRESS), -_YAW, grip)
+        return [
+            Waypoint(raised, False, True, instruct("raise")),
+            Waypoint(aligned, False, False, instruct("align", name)),
+            Waypoint(placed, False, True, instruct("place", "the lid", name)),
+            Waypoint(screwed, False, True, instruct("screw_in", "the lid")),
+            Waypoint(screwed, True, True, instruct("release", "the lid")),
+        ]
+
+    def _carry(self, world: World) -> list[Waypoint]:
+        """The steps that remain for a lid in the hand and off the threads."""
+        steps = self._bring(world, _grip(world))
+        beside = np.hypot(*(world.pose("lid").position - world.pose(_JARS[0]).position)[:2])
+        turned = abs(_hand_yaw(world) - _YAW)
+        if beside < 0.012 and turned < 0.2 and world.pose("lid").position[2] > _ENTRY - 0.005:
+            return steps[2:]
+        return steps[1:] if world.tool.position[2] > _CARRY - 0.03 else steps
+
+    def _turn(self, world: World, thread: Thread) -> list[Waypoint]:
+        """The steps that remain for a lid in the hand and on a thread."""
+        grip, yaw = _grip(world), _hand_yaw(world)
+        if thread is not self.thread:
+            if not thread.engaged(world):
+                return self._bring(world, grip)
+            if yaw < _YAW - 0.2:
+                return [self._unscrew(world, grip), *self._bring(world, grip)]
+            return [_release(world, "the lid")]
+        if thread.turned(world) >= _CLOSED or yaw < 0.2 - _YAW:
+            return [_release(world, "the lid")]
+        return self._bring(world, grip)[3:]
+
+    def _unscrew(self, world: World, grip: np.ndarray) -> Waypoint:
+        jar = world.pose(_JARS[1]).position
+        return Waypoint(_hand((jar[0], jar[1], _ENTRY), _YAW, grip), False, True, instruct("screw_out", "the lid"))
+
+
+def _release(world: World, thing: str) -> Waypoint:
+    return Waypoint(world.tool, True, True, instruct("release", thing))
+
+
+def _hand(lid: tuple[float, float, float], yaw: float, grip: np.ndarray) -> Pose:
+    """The tool's pose that brings a lid held at ``grip`` to a position."""
+    tool = Pose(np.array(lid), top_down(yaw))
+    return Pose(tool.apply(-grip), tool.quaternion)
+
+
+def _grip(world: World) -> np.ndarray:
+    """(3,) position of the lid in the tool's frame, as if the hand were upright."""
+    return Pose(world.tool.position, top_down(_hand_yaw(world))).inverse().apply(world.pose("lid").position)
+
+
+def _hand_yaw(world: World) -> float:
+    """Yaw of the hand in (-pi/2, pi/2], half a turn being the same to a gripper."""
+    matrix = world.tool.rotation.as_matrix()
+    yaw = np.arctan2(matrix[1, 0], matrix[0, 0])
+    return float(np.pi / 2 - (np.pi / 2 - yaw) % np.pi)
+
+
+def _spots(rng: np.random.Generator) -> np.ndarray:
+    """(3, 2) places of the jars and the lid; fixed ones in random order where no draw in 200 fits."""
+    for _ in range(200):
+        spots = np.column_stack((rng.uniform(*_X, 3), rng.uniform(*_Y, 3)))
+        gaps = np.linalg.norm(spots - np.roll(spots, -1, axis=0), axis=1)
+        reach = np.hypot(*spots.T)
+        if (gaps > (_JAR_GAP, _LID_GAP, _LID_GAP)).all() and reach.min() > _REACH[0] and reach.max() < _REACH[1]:
+            return spots
+    return rng.permutation(np.array(_SPOTS))
+
+
+def _cone(bottom: float, top: float, height: float, sides: int = 24) -> np.ndarray:
+    """(2 * sides, 3) corners of a truncated cone that stands on the origin."""
+    angles = np.linspace(0, 2 * np.pi, sides, endpoint=False)
+    ring = np.column_stack((np.cos(angles), np.sin(angles), np.zeros(sides)))
+    return np.concatenate((bottom * ring, top * ring + (0, 0, height)))
+
+
+def _about_z(angle: float) -> tuple[float, float, float, float]:
+    """MuJoCo's quaternion (wxyz) of a turn about z."""
+    return float(np.cos(angle / 2)), 0.0, 0.0, float(np.sin(angle / 2))
+
+
+def _add_jar(spec: mujoco.MjSpec, name: str) -> mujoco.MjsBody:
+    cylinder = mujoco.mjtGeom.mjGEOM_CYLINDER
+    jar = spec.worldbody.add_body(name=name)
+    for axis, direction in (("x", (1, 0, 0)), ("y", (0, 1, 0))):
+        jar.add_joint(
+            name=f"{name}_{axis}", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=direction, damping=20.0, frictionloss=5.0
+        )
+    # A millimetre above the table: its weight and friction are in the sliding joints.
+    half = (_JAR_HEIGHT - 0.001) / 2
+    jar.add_geom(name=f"{name}_body", type=cylinder, size=(_JAR_RADIUS, half, 0), pos=(0, 0, 0.001 + half), mass=0.5)
+    shoulder = {"type": cylinder, "size": (_JAR_RADIUS - 0.009, 0.003, 0), "pos": (0, 0, _JAR_HEIGHT + 0.002)}
+    jar.add_geom(name=f"{name}_shoulder", mass=0.05, **shoulder)
+    guide = {"mass": 0.05, "contype": THREAD_BIT, "conaffinity": ARM_CONTYPE, "friction": (0.2, 0.005, 0.0001), **FIRM}
+    half = (_NECK_TOP - _JAR_HEIGHT) / 2
+    neck_pos = (0, 0, _JAR_HEIGHT + half)
+    jar.add_geom(name=f"{name}_neck", type=cylinder, size=(_NECK_RADIUS, half, 0), pos=neck_pos, **guide)
+    jar.add_geom(
+        name=f"{name}_tip", type=mujoco.mjtGeom.mjGEOM_MESH, meshname="jar_tip", pos=(0, 0, _NECK_TOP), **guide
+    )
+    return jar
+
+
+def _add_lid(spec: mujoco.MjSpec) -> None:
+    """A cap: a cylinder to the table, an octagon to the fingers (flat faces hold firmly), a hollow to the necks."""
+    cylinder = mujoco.mjtGeom.mjGEOM_CYLINDER
+    lid = spec.worldbody.add_body(name="lid")
+    lid.add_freejoint(name="lid")
+    half = _LID_HEIGHT / 2
+    lid.add_geom(
+        type=cylinder,
+        size=(_LID_RADIUS, half, 0),
+        pos=(0, 0, half),
+        rgba=_LID_COLOUR,
+        mass=0.1,
+        contype=0,
+        conaffinity=1,
+        condim=6,
+        friction=(0.8, 0.005, 0.002),
+    )
+    for angle in _YAW + np.arange(4) * np.pi / 4:
+        face = _LID_RADIUS - 0.001
+        lid.add_geom(
+            type=mujoco.mjtGeom.mjGEOM_BOX,
+            size=(face, face * np.tan(np.pi / 8), half),
+            pos=(0, 0, half),
+            quat=_about_z(angle),
+            mass=0.001,
+            contype=0,
+            conaffinity=ARM_CONTYPE,
+            group=4,
+        )
+    smooth = (0.2, 0.005, 0.0001)
+    inside = {"mass": 0.001, "contype": 0, "conaffinity": THREAD_BIT, "group": 4, "friction": smooth, **FIRM}
+    thickness = (_LID_HEIGHT - _LID_DEPTH) / 2
+    lid.add_geom(type=cylinder, size=(_LID_RADIUS, thickness, 0), pos=(0, 0, _LID_DEPTH + thickness), **inside)
+    wall, middle = (_LID_RADIUS - _LID_BORE) / 2, (_LID_RADIUS + _LID_BORE) / 2
+    for angle in np.arange(8) * np.pi / 4:
+        lid.add_geom(
+            type=mujoco.mjtGeom.mjGEOM_BOX,
+            size=(wall, 0.0115, _LID_DEPTH / 2),
+            pos=(middle * np.cos(angle), middle * np.sin(angle), _LID_DEPTH / 2),
+            quat=_about_z(angle),
+            **inside,
+        )
