@@ -38,7 +38,7 @@ from lerobot_llakey.sim.world import World
 
 ATTEMPTS = 10
 """Scenes tried for an episode before giving up: an expert that fails this often in a row is broken."""
-_PART_EPISODES = 24
+_PART_EPISODES = 48
 """At most so many episodes are lost when a process is killed."""
 _POLL_SECONDS = 0.2
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
-import io
 import json
 import shutil
 from collections import Counter
@@ -11,10 +9,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from lerobot.datasets.aggregate import aggregate_datasets
-from lerobot.datasets.dataset_metadata import LeRobotDatasetMetadata
-
 from lerobot_llakey.datasets.language import write_language
+from lerobot_llakey.datasets.merge import merge
 
 PARTS_SUFFIX = ".parts"
 RECORD = "meta/llakey_collect.json"
@@ -42,7 +38,7 @@ def begin_parts(settings: Mapping[str, Any], roots: Mapping[str, Path], parts: P
         old = parts / f"old-{kind}"
         if old.exists() and not root.exists():
             old.replace(root)
-        if not root.exists():
+        if not _holds_something(root):
             counts[kind] = 0
             continue
         record = read_record(root)
@@ -69,6 +65,10 @@ def begin_parts(settings: Mapping[str, Any], roots: Mapping[str, Path], parts: P
     fresh.write_text(json.dumps(begun))
     fresh.replace(path)
     return int(begun["begin"]), int(begun["part_size"])
+
+
+def _holds_something(folder: Path) -> bool:
+    return folder.is_dir() and any(folder.iterdir())
 
 
 def read_record(root: Path) -> dict[str, Any]:
@@ -109,7 +109,7 @@ def finish(
         thrown += Counter(json.loads((folder / "thrown.json").read_text()))
     total: dict[str, int] = dict(thrown)
     for kind, (root, repo_id) in targets.items():
-        earlier = [root] if root.exists() else []
+        earlier = [root] if _holds_something(root) else []
         if earlier:
             record = read_record(root)
             if record["episodes"] >= episodes:
@@ -129,17 +129,3 @@ def finish(
         merged.replace(root)
     shutil.rmtree(parts)
     return total
-
-
-def merge(sources: Sequence[Path], target: Path, repo_id: str) -> None:
-    """Merge finished datasets into a new one, in order."""
-    # Appending to a parquet file rewrites it: pictures stay in one file a part.
-    images = bool(LeRobotDatasetMetadata("local/part", root=sources[0]).image_keys)
-    with contextlib.redirect_stderr(io.StringIO()):
-        aggregate_datasets(
-            ["local/part"] * len(sources),
-            repo_id,
-            roots=list(sources),
-            aggr_root=target,
-            concatenate_data=not images,
-        )

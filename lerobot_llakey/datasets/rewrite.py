@@ -29,9 +29,7 @@ def rewrite(
             if key in table.column_names:
                 table = table.drop_columns([key])
             table = table.append_column(key, column)
-        # The types that the datasets library noted beside the data no longer name all columns.
-        table = _without_extensions(table).replace_schema_metadata(None)
-        write_table_one_row_group_per_episode(table, _fresh(path))
+        write_table_one_row_group_per_episode(_plain(table), _fresh(path))
         _fresh(path).replace(path)
     stale = tuple(f"stats/{key}/" for key in features)
     for path in sorted((root / EPISODES_DIR).rglob("*.parquet")):
@@ -51,10 +49,13 @@ def _fresh(path: Path) -> Path:
     return path.with_suffix(".tmp")
 
 
-def _without_extensions(table: pa.Table) -> pa.Table:
-    """The table with matrices as plain nested lists: LeRobot 0.6.1 cannot merge videos datasets that have others."""
+def _plain(table: pa.Table) -> pa.Table:
+    """The table with matrices as nested lists and without the types that the datasets library notes beside the data.
+
+    LeRobot 0.6.1 cannot merge datasets of videos whose matrices are of that library's own types; it reads both alike.
+    """
     for index, field in enumerate(table.schema):
         if isinstance(field.type, pa.ExtensionType):
             storage = pa.chunked_array([chunk.storage for chunk in table.column(index).chunks], field.type.storage_type)
             table = table.set_column(index, field.name, storage)
-    return table
+    return table.replace_schema_metadata(None)

@@ -179,6 +179,7 @@ def test_other_settings_are_refused_before_work(collected: Targets, settings: Co
 
 def test_a_folder_that_is_something_else_is_refused(settings: CollectSettings, tmp_path: Path) -> None:
     (tmp_path / "photos").mkdir()
+    (tmp_path / "photos" / "cat.png").touch()
     with pytest.raises(ValueError, match="choose a new one"):
         collect(settings, Targets(None, tmp_path / "photos"), num_workers=1)
 

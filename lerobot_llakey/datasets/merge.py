@@ -1,0 +1,82 @@
+"""Merging finished datasets into one."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
+from lerobot.datasets.aggregate import (
+    IndexState,
+    aggregate_datasets,
+    aggregate_metadata,
+    finalize_aggregation,
+    validate_all_metadata,
+)
+from lerobot.datasets.dataset_metadata import LeRobotDatasetMetadata
+from lerobot.datasets.io_utils import write_table_one_row_group_per_episode
+from lerobot.datasets.utils import update_chunk_file_indices
+
+
+def merge(sources: Sequence[Path], target: Path, repo_id: str) -> None:
+    """Merge finished datasets into a new one, in order.
+
+    Args:
+        sources: their folders; all with the same features.
+        target: folder of the new dataset, which must not exist yet.
+        repo_id: its name.
+
+    Raises:
+        ValueError: if the features differ.
+    """
+    name = "local/part"
+    # LeRobot's functions draw progress bars of their own.
+    with contextlib.redirect_stderr(io.StringIO()):
+        metas = [LeRobotDatasetMetadata(name, root=source) for source in sources]
+        if metas[0].video_keys:
+            aggregate_datasets([name] * len(sources), repo_id, roots=list(sources), aggr_root=target)
+        else:
+            _merge_images(metas, target, repo_id)
+
+
+def _merge_images(metas: list[LeRobotDatasetMetadata], target: Path, repo_id: str) -> None:
+    """As LeRobot's aggregation, but the pictures' bytes are copied as they are: a hundred times faster."""
+    fps, robot_type, features = validate_all_metadata(metas)
+    merged = LeRobotDatasetMetadata.create(repo_id, fps, features, robot_type, target, use_videos=False)
+    tasks = pd.concat([meta.tasks for meta in metas]).index.unique()
+    merged.tasks = pd.DataFrame({"task_index": range(len(tasks))}, index=pd.Index(tasks, name="task"))
+    meta_place: IndexState = {"chunk": 0, "file": 0}
+    data_place: IndexState = {"chunk": 0, "file": 0}
+    for meta in metas:
+        data_place = _copy_data(meta, merged, data_place)
+        meta_place = aggregate_metadata(meta, merged, meta_place, data_place, {})
+        merged.info.total_episodes += meta.total_episodes
+        merged.info.total_frames += meta.total_frames
+    finalize_aggregation(merged, metas)
+
+
+def _copy_data(source: LeRobotDatasetMetadata, merged: LeRobotDatasetMetadata, place: IndexState) -> IndexState:
+    """Copy a dataset's files behind those that are there, one for one; ``place`` is where the next file goes."""
+    tasks = merged.tasks.loc[source.tasks.index, "task_index"].to_numpy()[np.argsort(source.tasks["task_index"])]
+    copied: dict[tuple[int, int], tuple[int, int]] = {}
+    chunk, file = place["chunk"], place["file"]
+    for old in sorted(set(zip(source.episodes["data/chunk_index"], source.episodes["data/file_index"], strict=True))):
+        table = pq.read_table(source.root / source.data_path.format(chunk_index=old[0], file_index=old[1]))
+        changed = {
+            "index": table["index"].to_numpy() + merged.info.total_frames,
+            "episode_index": table["episode_index"].to_numpy() + merged.info.total_episodes,
+            "task_index": tasks[table["task_index"].to_numpy()],
+        }
+        for name, values in changed.items():
+            table = table.set_column(table.column_names.index(name), name, pa.array(values, type=pa.int64()))
+        path = merged.root / merged.data_path.format(chunk_index=chunk, file_index=file)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_table_one_row_group_per_episode(table, path)
+        copied[old] = chunk, file
+        chunk, file = update_chunk_file_indices(chunk, file, merged.chunks_size)
+    return {"chunk": chunk, "file": file, "src_to_dst": copied}
