@@ -43,13 +43,19 @@ _HOLE, _RIM, _RIM_HEIGHT = 0.029, 0.006, 0.009
 """Half the frame's opening, half its walls' thickness and half their height, metres."""
 _ROOF_EDGE, _ROOF_HEIGHT, _SHELTER = 0.005, 0.052, 0.05
 """A shelter's roof begins this far behind its centre, at this height; half its width. Metres."""
-_HIGH, _APPROACH, _PULL = 0.12, 0.09, 0.11
+_HIGH, _APPROACH, _PULL, _FRONT = 0.12, 0.09, 0.11, 0.09
 _TOP_GRIP = 0.008
 """Metres above a block's centre where a hand from above takes it, so that the fingertips clear the frame."""
 _TILT = np.deg2rad(-20)
 _BACK_GRIP = np.array([-0.006, 0.0, 0.004])
 """Where a hand leaning back takes a block, relative to its centre: out of the roof's way."""
+_DEEPEST_GRIP = 0.004
+"""Metres behind a shelter's centre beyond which the hand would meet the roof."""
 _COLUMNS = (-0.23, 0.0, 0.23)
+_REACH = {INSERT: 0.015, SLIDE: 0.02, PULL_OUT: _PAD}
+"""Metres by which a block may miss its target's centre."""
+_UNDER_ROOF = 0.012
+"""Metres by which a slid block may fall short: one let fall in front of the roof falls short by 0.015 or more."""
 
 
 class MoveBlock(Task):
@@ -103,19 +109,30 @@ class MoveBlock(Task):
         spots = [(0.34, shelter), (0.36, rest), (0.54, rest)]
         for colour, spot in zip(rng.permutation(("purple", "blue", "green")), spots, strict=True):
             yaw = rng.uniform(-0.5, 0.5) if colour == "purple" else 0.0
-            spot = np.array((*spot, 0.0)) + (rng.uniform(-0.02, 0.02), rng.uniform(-0.03, 0.03), 0.0)
-            world.place(f"{colour}_target", Pose(spot, Rotation.from_euler("z", yaw).as_quat()))
+            centre = np.array((*spot, 0.0)) + (rng.uniform(-0.02, 0.02), rng.uniform(-0.03, 0.03), 0.0)
+            world.place(f"{colour}_target", Pose(centre, Rotation.from_euler("z", yaw).as_quat()))
 
     def success(self, world: World) -> bool:
         offset = world.pose(f"{self.target}_target").inverse().apply(world.pose(f"{self.block}_block").position)
-        reach = {INSERT: 0.015, SLIDE: 0.02, PULL_OUT: _PAD}[self.sequence]
         return bool(
-            np.abs(offset[:2]).max() < reach and offset[2] < 1.5 * _BLOCK and not world.holds(f"{self.block}_block")
+            np.abs(offset[:2]).max() < _REACH[self.sequence]
+            and (self.sequence != SLIDE or offset[0] > -_UNDER_ROOF)
+            and offset[2] < 1.5 * _BLOCK
+            and not world.holds(f"{self.block}_block")
         )
 
     def plan(self, world: World) -> list[Waypoint]:
         if self.success(world):
             return []
+        return self._drop_other(world) + self._remaining(world)
+
+    def _drop_other(self, world: World) -> list[Waypoint]:
+        """Where the wrong block was grasped, it is let go on the spot."""
+        other = "yellow" if self.block == "red" else "red"
+        release = Waypoint(world.tool, True, True, instruct("release", f"the {other} block"))
+        return [release] if world.holds(f"{other}_block") else []
+
+    def _remaining(self, world: World) -> list[Waypoint]:
         held = world.holds(f"{self.block}_block")
         if self.sequence == SLIDE:
             return self._carry_low(world) if held else self._take_from_behind(world, "back") + self._carry_low(world)
@@ -139,8 +156,10 @@ class MoveBlock(Task):
     def _block_pose(self, world: World) -> tuple[np.ndarray, float]:
         """Centre of the block, and its heading within an eighth of a turn: a cube looks the same every quarter."""
         pose = world.pose(f"{self.block}_block")
-        yaw = pose.rotation.as_euler("zyx")[0]
-        return pose.position, float((yaw + np.pi / 4) % (np.pi / 2) - np.pi / 4)
+        axes = pose.rotation.as_matrix()
+        # Of a block that tumbled any axis may be upright; the flattest one gives the heading.
+        x, y, _ = axes[:, np.abs(axes[2]).argmin()]
+        return pose.position, float((np.arctan2(y, x) + np.pi / 4) % (np.pi / 2) - np.pi / 4)
 
     def _inside(self, world: World) -> bool:
         """Whether the block stands in its shelter, where no hand can take it from above."""
@@ -162,6 +181,10 @@ class MoveBlock(Task):
 
     def _take_from_behind(self, world: World, side: str) -> list[Waypoint]:
         position, yaw = self._block_pose(world)
+        bay = world.pose("shelter" if self.sequence == PULL_OUT else "orange_target").position
+        if abs(position[1] - bay[1]) < _SHELTER and position[0] < bay[0] + _SHELTER:
+            # A block pushed deeper under the roof is taken by its front edge.
+            position = np.array((min(position[0], bay[0] + _DEEPEST_GRIP), *position[1:]))
         grasp = Pose(position + Rotation.from_euler("z", yaw).apply(_BACK_GRIP), _leaning_back(yaw))
         return self._take(world, grasp, grasp.advanced(-_APPROACH), side)
 
@@ -170,6 +193,11 @@ class MoveBlock(Task):
             world.pose(f"{self.target}_target").position + _BACK_GRIP + (0.0, 0.0, _BLOCK + 0.001), _leaning_back(0.0)
         )
         slide = Waypoint(goal, False, True, instruct("slide", self._thing, self._goal))
+        forward, sideways, _ = world.tool.position - goal.position
+        if forward > -_FRONT and abs(sideways) > 0.03:
+            # Beside the target its wall is in the way.
+            front = Waypoint(goal.shifted(x=-_FRONT, z=0.003), False, False, instruct("move", "front", self._goal))
+            return [front, slide, *self._unless_there(world, slide)[-1:]]
         return self._unless_there(world, slide)
 
     def _pull_out(self, world: World) -> list[Waypoint]:
