@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -11,8 +11,9 @@ from lerobot.policies.pretrained import PreTrainedPolicy
 from torch import Tensor, nn
 from torch.nn import functional as F
 
-from lerobot_llakey import instructions, schema
+from lerobot_llakey import schema
 from lerobot_llakey.policies.action.augmentation import sample_motion
+from lerobot_llakey.policies.action.conditioning import read_texts, reworded
 from lerobot_llakey.policies.action.configuration_llakey_action import LlakeyActionConfig
 from lerobot_llakey.policies.action.heads import PoseHead, features_at, locate
 from lerobot_llakey.policies.action.network import ViewOutput
@@ -27,7 +28,7 @@ from lerobot_llakey.policies.action.targets import (
     quaternion_to_angles,
     shrinking_sigma,
 )
-from lerobot_llakey.policies.action.text import SEPARATOR, QueryPool, TextEncoder
+from lerobot_llakey.policies.action.text import QueryPool, TextEncoder
 
 CONDITION = 128
 PROPRIOCEPTION = 7
@@ -117,9 +118,9 @@ class LlakeyActionPolicy(PreTrainedPolicy):
                     effector = torch.cat((tcp, turned, effector[:, schema.GRIPPER :]), dim=1)
             target = self._to_unit(position)
             cloud = fuse_views(batch, config.cameras, self.workspace)
-        texts = self._texts(batch)
-        if self.training and config.paraphrase_probability > 0:
-            texts = [self._paraphrased(text) for text in texts]
+        texts = read_texts(batch, config)
+        if self.training:
+            texts = [reworded(text, config.paraphrase_probability, self._rng) for text in texts]
         with self._autocast():
             scene, proprioception = self._scene(cloud, effector, texts, lift)
             coarse = self.coarse(scene, torch.zeros_like(target), 1.0)
@@ -176,7 +177,7 @@ class LlakeyActionPolicy(PreTrainedPolicy):
             cloud = fuse_views(batch, config.cameras, self.workspace)
             effector = batch[schema.STATE].float() if config.use_state else None
         with self._autocast():
-            texts = self._texts(batch)
+            texts = read_texts(batch, config)
             whole = torch.zeros(len(texts), 3, device=self.workspace.device)
             scene, proprioception = self._scene(cloud, effector, texts, whole)
             centre = locate(self.coarse(scene, whole, 1.0).heat, config.views)
@@ -221,42 +222,6 @@ class LlakeyActionPolicy(PreTrainedPolicy):
                 "widen policy.workspace."
             )
         return position, F.normalize(quaternion, dim=-1)
-
-    def _texts(self, batch: Mapping[str, Any]) -> list[str]:
-        rows = len(batch[schema.INTRINSICS])
-        parts = []
-        if self.config.condition_on != "instruction":
-            parts.append(self._column(batch, schema.TASK, rows))
-        if self.config.condition_on != "task":
-            parts.append(self._instructions(batch, rows))
-        return [SEPARATOR.join(texts) for texts in zip(*parts, strict=True)]
-
-    def _instructions(self, batch: Mapping[str, Any], rows: int) -> list[str]:
-        if schema.INSTRUCTION in batch:
-            return self._column(batch, schema.INSTRUCTION, rows)
-        if self.config.instruction_source == "oracle" and schema.ORACLE_INSTRUCTION in batch:
-            return [schema.decode_text(codes.cpu()) for codes in batch[schema.ORACLE_INSTRUCTION]]
-        return self._column(batch, schema.TASK, rows)
-
-    @staticmethod
-    def _column(batch: Mapping[str, Any], key: str, rows: int) -> list[str]:
-        texts = batch.get(key)
-        texts = [texts] if isinstance(texts, str) else texts
-        if not isinstance(texts, Sequence) or len(texts) != rows:
-            raise ValueError(
-                f"Expected {key} as {rows} texts, one for each batch row, got "
-                f"{'none' if texts is None else f'{len(texts)}'}; give the policy its instruction."
-            )
-        return [str(text) for text in texts]
-
-    def _paraphrased(self, text: str) -> str:
-        if self._rng.random() >= self.config.paraphrase_probability:
-            return text
-        *task, instruction = text.split(SEPARATOR)
-        try:
-            return SEPARATOR.join((*task, instructions.paraphrase(instruction, self._rng)))
-        except ValueError:  # A text outside the grammar, such as a person's own wording, has no synonym.
-            return text
 
     def _scene(
         self, cloud: PointCloud, effector: Tensor | None, texts: Sequence[str], lift: Tensor

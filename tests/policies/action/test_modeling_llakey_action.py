@@ -76,35 +76,6 @@ def test_deciding_is_repeatable_and_saved_policies_decide_alike(tmp_path):
     assert json.loads((tmp_path / "config.json").read_text())["type"] == "llakey_action"
 
 
-def test_the_instruction_comes_before_the_oracle_and_the_oracle_before_the_task():
-    policy = make_policy()
-    batch, _, _ = observation(rows=2)
-    bare = without_text(batch)
-    codes = torch.stack(
-        [torch.from_numpy(schema.encode_text(text)) for text in ("raise the robotic arm", "grasp the lid")]
-    )
-    full = bare | {schema.TASK: ["a", "b"], schema.ORACLE_INSTRUCTION: codes, schema.INSTRUCTION: ["c", "d"]}
-    assert policy._texts(full) == ["c", "d"]
-    del full[schema.INSTRUCTION]
-    assert policy._texts(full) == ["raise the robotic arm", "grasp the lid"]
-    policy.config.instruction_source = "instruction"
-    assert policy._texts(full) == ["a", "b"]
-
-
-def test_condition_on_task_and_both():
-    batch, _, _ = observation(rows=1)
-    batch |= {schema.TASK: ["close the red jar"], schema.INSTRUCTION: ["grasp the red lid"]}
-    assert make_policy(condition_on="task")._texts(batch) == ["close the red jar"]
-    assert make_policy(condition_on="both")._texts(batch) == ["close the red jar | grasp the red lid"]
-
-
-def test_paraphrases_keep_the_task_and_unknown_texts():
-    policy = make_policy(paraphrase_probability=1.0)
-    seen = {policy._paraphrased("close the red jar | grasp the red lid") for _ in range(50)}
-    assert seen == {"close the red jar | grasp the red lid", "close the red jar | grab the red lid"}
-    assert policy._paraphrased("do what you like") == "do what you like"
-
-
 def test_missing_text_is_refused():
     batch, _, _ = observation(rows=2)
     with pytest.raises(ValueError, match="2 texts, one for each batch row, got none"):

@@ -1,0 +1,60 @@
+"""Which words steer the action policy: the basic action's instruction, the skill instruction, or both."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from lerobot_llakey import instructions, schema
+from lerobot_llakey.policies.action.configuration_llakey_action import LlakeyActionConfig
+from lerobot_llakey.policies.action.text import SEPARATOR
+
+
+def read_texts(batch: Mapping[str, Any], config: LlakeyActionConfig) -> list[str]:
+    """One text for each row of a batch, as ``config.condition_on`` asks.
+
+    Without an instruction column the expert's instruction is read where ``config.instruction_source`` allows it and
+    the environment gives it, and the skill instruction otherwise.
+
+    Raises:
+        ValueError: if a column of texts is missing or of another length than the batch.
+    """
+    rows = len(batch[schema.INTRINSICS])
+    parts = []
+    if config.condition_on != "instruction":
+        parts.append(_column(batch, schema.TASK, rows))
+    if config.condition_on != "task":
+        parts.append(_instructions(batch, config, rows))
+    return [SEPARATOR.join(texts) for texts in zip(*parts, strict=True)]
+
+
+def reworded(text: str, probability: float, rng: np.random.Generator) -> str:
+    """The text, its instruction replaced by a synonym with the given probability."""
+    if rng.random() >= probability:
+        return text
+    *task, instruction = text.split(SEPARATOR)
+    try:
+        return SEPARATOR.join((*task, instructions.paraphrase(instruction, rng)))
+    except ValueError:  # A text outside the grammar, such as a person's own wording, has no synonym.
+        return text
+
+
+def _instructions(batch: Mapping[str, Any], config: LlakeyActionConfig, rows: int) -> list[str]:
+    if schema.INSTRUCTION in batch:
+        return _column(batch, schema.INSTRUCTION, rows)
+    if config.instruction_source == "oracle" and schema.ORACLE_INSTRUCTION in batch:
+        return [schema.decode_text(codes.cpu()) for codes in batch[schema.ORACLE_INSTRUCTION]]
+    return _column(batch, schema.TASK, rows)
+
+
+def _column(batch: Mapping[str, Any], key: str, rows: int) -> list[str]:
+    texts = batch.get(key)
+    texts = [texts] if isinstance(texts, str) else texts
+    if not isinstance(texts, Sequence) or len(texts) != rows:
+        raise ValueError(
+            f"Expected {key} as {rows} texts, one for each batch row, got "
+            f"{'none' if texts is None else f'{len(texts)}'}; give the policy its instruction."
+        )
+    return [str(text) for text in texts]
