@@ -139,7 +139,8 @@ def _match(
     if len(keyframes) != len(ends) or not ends:
         return False
     frames = np.array(keyframes)
-    on_time = (frames <= ends) & (frames >= np.array(ends) - _REACHED_WITHIN * fps)
+    # The next action may start before the robot has settled, where it moves the gripper alone.
+    on_time = (frames <= np.array(ends) + 1) & (frames >= np.array(ends) - _REACHED_WITHIN * fps)
     gripper = (states[frames, schema.GRIPPER] > OPEN_ABOVE) == [waypoint.gripper_open for waypoint in waypoints]
     return bool(on_time.all() and gripper.all())
 
