@@ -63,7 +63,7 @@ def parameter_groups(part: PreTrainedPolicy, multiplier: float) -> list[dict[str
     """The optimiser's groups of one part, each with the rate, betas and decay of the part's own preset.
 
     Args:
-        part: a policy whose preset is AdamW.
+        part: a policy whose preset is AdamW or Muon.
         multiplier: factor on its learning rate.
     """
     preset = part.config.get_optimizer_preset()
