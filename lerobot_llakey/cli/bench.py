@@ -4,7 +4,6 @@ llakey bench --part=collect --num_episodes=10
 llakey bench --part=action --output_dir=outputs/bench
 """
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,6 +11,7 @@ from lerobot.configs import parser
 from lerobot.utils.device_utils import auto_select_torch_device
 
 from lerobot_llakey.cli.errors import one_sentence
+from lerobot_llakey.cli.output import write_results
 from lerobot_llakey.evaluation.bench import bench_in_temporary_folder
 from lerobot_llakey.evaluation.tables import markdown_table
 
@@ -44,11 +44,7 @@ def run(config: BenchConfig) -> None:
     figures = bench_in_temporary_folder(config.part, config.num_episodes, config.batch_size, config.steps, device)
     rows = [(name, f"{value:.4g}" if isinstance(value, float) else str(value)) for name, value in figures.items()]
     print(markdown_table(("figure", "value"), rows))
-    if config.output_dir is not None:
-        config.output_dir.mkdir(parents=True, exist_ok=True)
-        path = config.output_dir / "results.json"
-        path.write_text(json.dumps(figures, indent=2))
-        print(f"results: {path}")
+    write_results(config.output_dir, figures)
 
 
 def main() -> None:

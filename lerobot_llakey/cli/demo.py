@@ -100,7 +100,7 @@ def _agent(config: DemoConfig) -> Agent:
     """The policy, loaded once in each process."""
     key = (config.policy_path, config.oracle)
     if key not in _agents:
-        _agents[key] = Agent.load(config.policy_path, {"commander": "oracle"} if config.oracle else None)
+        _agents[key] = Agent.load(config.policy_path, config.oracle)
     return _agents[key]
 
 

@@ -3,13 +3,13 @@
 llakey expert --task=open_drawer,close_jar,move_block --num_episodes=100 --output_dir=outputs/expert
 """
 
-import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from lerobot.configs import parser
 
 from lerobot_llakey.cli.errors import one_sentence
+from lerobot_llakey.cli.output import write_results
 from lerobot_llakey.evaluation.expert import evaluate_experts, summarise, table
 from lerobot_llakey.sim.tasks import parse_tasks
 
@@ -42,12 +42,8 @@ def run(config: ExpertConfig) -> None:
     trials = evaluate_experts(tasks, config.num_episodes, config.split, config.num_workers)
     summary = summarise(trials)
     print(table(summary))
-    if config.output_dir is not None:
-        config.output_dir.mkdir(parents=True, exist_ok=True)
-        results = {"split": config.split, "tasks": summary, "trials": [asdict(trial) for trial in trials]}
-        path = config.output_dir / "results.json"
-        path.write_text(json.dumps(results, indent=2))
-        print(f"results: {path}")
+    results = {"split": config.split, "tasks": summary, "trials": [asdict(trial) for trial in trials]}
+    write_results(config.output_dir, results)
 
 
 def main() -> None:

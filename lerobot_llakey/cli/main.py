@@ -18,6 +18,8 @@ VERBS: dict[str, tuple[str, str]] = {
     "keysteps": ("lerobot_llakey.cli.keysteps", "draw the training samples from a dataset of demonstrations"),
     "compose": ("lerobot_llakey.cli.compose", "make one checkpoint of a trained command and a trained action policy"),
     "bench": ("lerobot_llakey.cli.bench", "how fast collecting, loading, training and deciding are here"),
+    "abilities": ("lerobot_llakey.cli.abilities", "how well a command policy names the next instruction"),
+    "keyframe-accuracy": ("lerobot_llakey.cli.keyframe_accuracy", "how often an action policy finds the next keyframe"),
     "demo": ("lerobot_llakey.cli.demo", "watch a trained policy do the tasks: a table of successes, and videos"),
 }
 """What can be asked for: verb -> (module with a ``main()``, summary in one line)."""

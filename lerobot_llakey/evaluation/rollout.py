@@ -61,25 +61,22 @@ class Agent:
     postprocessor: Processor
 
     @staticmethod
-    def load(path: str | Path, overrides: Mapping[str, Any] | None = None) -> Agent:
+    def load(path: str | Path, oracle: bool = False) -> Agent:
         """Load a checkpoint folder or a Hub repository.
 
         Args:
             path: what LeRobot calls ``--policy.path``.
-            overrides: settings of the policy's configuration to replace.
+            oracle: let the expert's instructions, which the environment must give, take the command policy's place.
 
         Raises:
             FileNotFoundError: if nothing is there.
-            ValueError: if an override names no setting.
         """
         if not Path(path).exists() and str(path).count("/") != 1:
             raise FileNotFoundError(f"Expected a checkpoint folder or a Hub name, got {path}; correct --policy_path.")
         config = PreTrainedConfig.from_pretrained(path)
         config.pretrained_path = Path(path)
-        for name, value in (overrides or {}).items():
-            if not hasattr(config, name):
-                raise ValueError(f"Expected a setting of {config.type}, got {name!r}; correct the override.")
-            setattr(config, name, value)
+        if oracle and hasattr(config, "commander"):  # an action policy alone reads the oracle by itself
+            config.commander = "oracle"
         policy = make_policy(config, env_cfg=LlakeySimConfig())
         preprocessor, postprocessor = make_pre_post_processors(
             config,
