@@ -158,7 +158,9 @@ def test_learning_rates_are_the_parts_own_times_their_multipliers(make_tiny) -> 
     policy = make_tiny(command_lr_multiplier=0.5, action_lr_multiplier=2.0)
     optimizer = policy.config.get_optimizer_preset().build(policy.get_optim_params())
     rates = {id(p): group["lr"] for group in optimizer.param_groups for p in group["params"]}
-    assert {rates[id(p)] for p in policy.command.parameters() if p.requires_grad} == {0.5 * 6e-4}
+    assert {rates[id(p)] for p in policy.command.parameters() if p.requires_grad} == {
+        0.5 * policy.config.command.get_optimizer_preset().lr
+    }
     assert {rates[id(p)] for p in policy.action.parameters()} == {2.0 * policy.config.action.optimizer_lr}
     decays = {group["weight_decay"] for group in optimizer.param_groups}
     assert decays == {0.0, policy.config.command.optimizer_weight_decay, policy.config.action.optimizer_weight_decay}
