@@ -97,7 +97,7 @@ class LlakeySimEnv(gym.Env):
         self.world.reset(schema.scene_seed(self.split, index), (options or {}).get("variation"))
         self._watch()
         self._elapsed = 0
-        return self._observation(), self._info(success=self._task.success(self.world), failure="")
+        return self._observation(), self._info(bool(self._task.success(self.world)), "")
 
     def step(self, action: np.ndarray) -> tuple[dict[str, Any], float, bool, bool, dict[str, Any]]:
         """Carry out one keyframe action (9,).
@@ -115,12 +115,12 @@ class LlakeySimEnv(gym.Env):
         failure = ""
         try:
             self.world.motion.execute(
-                target, action[schema.GRIPPER] > _HALF, bool(action[schema.IGNORE_COLLISION] > _HALF)
+                target, bool(action[schema.GRIPPER] > _HALF), bool(action[schema.IGNORE_COLLISION] > _HALF)
             )
         except PlanningError as error:
             failure = error.reason
         self._elapsed += 1
-        success = self._task.success(self.world)
+        success = bool(self._task.success(self.world))
         truncated = self._elapsed >= self._max_episode_steps and not success
         return self._observation(), float(success), success, truncated, self._info(success, failure)
 
@@ -170,8 +170,8 @@ class LlakeySimEnv(gym.Env):
             "is_success": success,
             "moved": not failure,
             "failure": failure,
-            "variation": self._task.variation,
-            "sequence": self._task.sequence,
+            "variation": int(self._task.variation),
+            "sequence": int(self._task.sequence),
         }
 
 
