@@ -14,8 +14,9 @@ from lerobot.utils.constants import HF_LEROBOT_HOME
 
 from lerobot_llakey import schema
 from lerobot_llakey.cli.errors import one_sentence
-from lerobot_llakey.datasets.collect import CollectSettings, Targets, collect
+from lerobot_llakey.datasets.collect import collect
 from lerobot_llakey.datasets.keysteps import sampling_mode
+from lerobot_llakey.datasets.plan import CollectSettings, Targets
 from lerobot_llakey.sim.tasks import parse_tasks
 
 

@@ -22,7 +22,8 @@ from lerobot.utils.collate import lerobot_collate_fn
 from torch.utils.data import DataLoader
 from tqdm import tqdm
 
-from lerobot_llakey.datasets.collect import CollectSettings, Targets, collect
+from lerobot_llakey.datasets.collect import collect
+from lerobot_llakey.datasets.plan import CollectSettings, Targets
 
 PARTS = ("collect", "loader", "action", "command")
 TASKS = ("open_drawer", "close_jar", "move_block")

@@ -111,7 +111,7 @@ def _add_hand(spec: mujoco.MjSpec) -> None:
             condim=4,
             priority=1,
             solimp=(0.9, 0.95, 0.003, 0.5, 2),
-            # Stiffness and damping: MuJoCo's friction lets what a moving hand holds creep by the inverse of the damping.
+            # Stiffness and damping: what a moving hand holds creeps through MuJoCo's friction by one over the damping.
             solref=(-10000, -400),
             **touch,
         )

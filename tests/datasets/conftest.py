@@ -4,7 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from lerobot_llakey.datasets.collect import CollectSettings, Targets, collect
+from lerobot_llakey.datasets.collect import collect
+from lerobot_llakey.datasets.plan import CollectSettings, Targets
 
 SETTINGS = CollectSettings(tasks=("open_drawer",), num_episodes=3, split="val", image_size=32)
 

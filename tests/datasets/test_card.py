@@ -6,7 +6,7 @@ from lerobot.datasets.lerobot_dataset import LeRobotDataset
 
 from lerobot_llakey import schema
 from lerobot_llakey.datasets import card
-from lerobot_llakey.datasets.collect import Targets
+from lerobot_llakey.datasets.plan import Targets
 
 
 def test_the_card_of_demonstrations_names_columns_skills_and_seeds(collected: Targets) -> None:

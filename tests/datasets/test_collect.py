@@ -1,11 +1,8 @@
 """Collecting: the datasets' content, and runs that are stopped, resumed or extended."""
 
-import json
-from collections import Counter
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 import pytest
 from lerobot.datasets.language import LANGUAGE_PERSISTENT
@@ -14,10 +11,9 @@ from lerobot.datasets.lerobot_dataset import LeRobotDataset
 
 from lerobot_llakey import schema
 from lerobot_llakey.datasets import collect as module
-from lerobot_llakey.datasets.collect import ATTEMPTS, CollectSettings, Targets, collect
+from lerobot_llakey.datasets.collect import collect
+from lerobot_llakey.datasets.plan import CollectSettings, Targets
 from lerobot_llakey.instructions import parse
-from lerobot_llakey.sim.recorder import Episode, record
-from lerobot_llakey.sim.world import World
 
 
 def table(root: Path | None) -> pd.DataFrame:
@@ -141,35 +137,6 @@ def test_a_collection_is_extended_by_asking_for_more(
     collect(replace(settings, num_episodes=1), targets, num_workers=1, progress=lambda *_: None)
     collect(settings, targets, num_workers=1, progress=lambda *_: None)
     pd.testing.assert_frame_equal(table(targets.keysteps), table(collected.keysteps))
-
-
-def test_bad_episodes_are_thrown_away_counted_and_made_up_for(
-    settings: CollectSettings, targets: Targets, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def unlucky(world: World, seed: int, variation: int, fps: float) -> Episode:
-        episode = record(world, seed, variation, fps)
-        return replace(episode, keyframes_match=episode.keyframes_match and seed % ATTEMPTS >= 2)
-
-    monkeypatch.setattr(module, "record", unlucky)
-    thrown = collect(replace(settings, num_episodes=1), targets, num_workers=1, progress=lambda *_: None)
-    assert Counter(thrown).total() >= 2
-    assert set(thrown) <= {f"open_drawer: {why}" for why in ("keyframes differ from the waypoints", "not done")}
-    assert targets.keysteps is not None
-    said = json.loads((targets.keysteps / "meta" / "llakey_collect.json").read_text())
-    assert said["thrown_away"] == thrown and said["episodes"] == 1
-    assert np.array(seeds(targets.keysteps)) % ATTEMPTS >= 2
-
-
-def test_an_expert_that_always_fails_is_named(
-    settings: CollectSettings, targets: Targets, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def broken(world: World, seed: int, variation: int, fps: float) -> Episode:
-        empty = np.zeros((1, schema.STATE_DIM), dtype=np.float32)
-        return Episode(empty, empty, [], [], False, False, "open_drawer", "", seed, variation, 0)
-
-    monkeypatch.setattr(module, "record", broken)
-    with pytest.raises(RuntimeError, match="expert of open_drawer to do variation 0"):
-        collect(settings, targets, num_workers=1, progress=lambda *_: None)
 
 
 def test_other_settings_are_refused_before_work(collected: Targets, settings: CollectSettings) -> None:

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from lerobot.datasets.lerobot_dataset import LeRobotDataset
 
 from lerobot_llakey import schema
-from lerobot_llakey.datasets.collect import Targets
 from lerobot_llakey.datasets.keysteps import KEYFRAME_REPEATS, convert, select
+from lerobot_llakey.datasets.plan import Targets
 
 
 @st.composite

@@ -9,9 +9,9 @@ from lerobot.datasets.aggregate import aggregate_datasets
 from lerobot.datasets.lerobot_dataset import LeRobotDataset
 
 from lerobot_llakey import schema
-from lerobot_llakey.datasets.collect import Targets
 from lerobot_llakey.datasets.image_dataset import ImageDatasetWriter
 from lerobot_llakey.datasets.merge import merge
+from lerobot_llakey.datasets.plan import Targets
 
 FEATURES = {
     schema.STATE: {"dtype": "float32", "shape": (2,), "names": None},

@@ -1,0 +1,101 @@
+"""One part of a collection: a few dozen episodes, recorded, rendered and written as finished datasets."""
+
+from __future__ import annotations
+
+import functools
+import json
+import os
+from collections import Counter
+from collections.abc import Callable
+from contextlib import ExitStack
+from pathlib import Path
+
+from lerobot_llakey import schema
+from lerobot_llakey.datasets.demonstrations import ROBOT_TYPE, DemonstrationWriter, frames_of, keystep_rng
+from lerobot_llakey.datasets.image_dataset import ImageDatasetWriter
+from lerobot_llakey.datasets.keysteps import select
+from lerobot_llakey.datasets.plan import ATTEMPTS, CollectSettings
+from lerobot_llakey.sim.cameras import CameraRig
+from lerobot_llakey.sim.recorder import Episode, record
+from lerobot_llakey.sim.tasks import make_task
+from lerobot_llakey.sim.world import World
+
+
+class _Stages:
+    """The worlds of one process, built when first needed: each has its own OpenGL context."""
+
+    def __init__(self, image_size: int) -> None:
+        self.image_size = image_size
+        self._made: dict[str, tuple[World, CameraRig]] = {}
+
+    def get(self, task: str) -> tuple[World, CameraRig]:
+        if task not in self._made:
+            world = World(make_task(task))
+            self._made[task] = world, CameraRig(world.model, self.image_size)
+        return self._made[task]
+
+
+@functools.lru_cache(maxsize=1)
+def _stages(image_size: int) -> _Stages:
+    return _Stages(image_size)
+
+
+def good_episode(settings: CollectSettings, index: int, world: World) -> tuple[Episode, Counter[str]]:
+    """Record the ``index``-th episode, trying its seeds in turn, and count what was thrown away.
+
+    Raises:
+        RuntimeError: if all its seeds fail.
+    """
+    task, number = settings.slot(index)
+    variation = number % world.task.variations
+    thrown: Counter[str] = Counter()
+    for attempt in range(ATTEMPTS):
+        episode = record(world, settings.seed(number, attempt), variation, settings.fps)
+        if episode.usable:
+            return episode, thrown
+        thrown[f"{task}: " + ("keyframes differ from the waypoints" if episode.success else "not done")] += 1
+    raise RuntimeError(
+        f"Expected the expert of {task} to do variation {variation} in one of {ATTEMPTS} scenes, got none from seed "
+        f"{settings.seed(number, 0)} on; run llakey expert to see what fails."
+    )
+
+
+def collect_part(
+    settings: CollectSettings,
+    kinds: tuple[str, ...],
+    start: int,
+    stop: int,
+    folder: Path,
+    done: Callable[[int], None],
+) -> None:
+    """Write the episodes [start, stop) as finished datasets under ``folder``; ``done`` hears what each threw away."""
+    stages = _stages(settings.image_size)
+    temporary = folder.with_name(f"unfinished-{folder.name}-{os.getpid()}")
+    thrown: Counter[str] = Counter()
+    size = settings.image_size
+    with ExitStack() as stack:
+        demonstrations = keysteps = None
+        if "demonstrations" in kinds:
+            demonstrations = stack.enter_context(
+                DemonstrationWriter("local/part", temporary / "demonstrations", settings.fps, size)
+            )
+        if "keysteps" in kinds:
+            features = schema.keystep_features(size, size)
+            keysteps = stack.enter_context(
+                ImageDatasetWriter("local/part", temporary / "keysteps", settings.fps, features, ROBOT_TYPE)
+            )
+        for index in range(start, stop):
+            world, rig = stages.get(settings.slot(index)[0])
+            episode, bad = good_episode(settings, index, world)
+            thrown += bad
+            samples = []
+            if keysteps is not None:
+                samples = select(episode.keyframes, len(episode), rng=keystep_rng(episode), mode=settings.keystep_mode)
+            frames = frames_of(world, rig, episode, range(len(episode)) if demonstrations is not None else samples)
+            if demonstrations is not None:
+                demonstrations.add_episode(frames)
+            if keysteps is not None:
+                keysteps.add_episode([frames[i] for i in samples] if demonstrations is not None else frames)
+            done(sum(bad.values()))
+    (temporary / "thrown.json").write_text(json.dumps(thrown))
+    temporary.replace(folder)

@@ -1,0 +1,78 @@
+"""What to collect and where to: settings that fix every episode beforehand."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from lerobot_llakey import schema
+from lerobot_llakey.datasets.keysteps import SamplingMode
+
+ATTEMPTS = 10
+"""Scenes tried for an episode before giving up: an expert that fails this often in a row is broken."""
+
+
+@dataclass(frozen=True)
+class CollectSettings:
+    """What to collect; the same settings always give the same episodes.
+
+    Attributes:
+        tasks: names of tasks.
+        num_episodes: for each task; their variations take turns.
+        split: of the scene seeds: train, val or test.
+        first_seed: index into the split of the first episode; each episode reserves ATTEMPTS seeds.
+        image_size: pixels of height and width.
+        fps: frames a second.
+        keystep_mode: how keysteps are drawn.
+    """
+
+    tasks: tuple[str, ...]
+    num_episodes: int
+    split: str = "train"
+    first_seed: int = 0
+    image_size: int = schema.IMAGE_SIZE
+    fps: int = 10
+    keystep_mode: SamplingMode = "thin"
+
+    def __len__(self) -> int:
+        """Number of episodes over all tasks."""
+        return len(self.tasks) * self.num_episodes
+
+    def slot(self, index: int) -> tuple[str, int]:
+        """Task of the ``index``-th episode and its number among the episodes of that task."""
+        return self.tasks[index % len(self.tasks)], index // len(self.tasks)
+
+    def seed(self, number: int, attempt: int) -> int:
+        """Scene seed of an attempt at the ``number``-th episode of a task."""
+        return schema.scene_seed(self.split, self.first_seed + number * ATTEMPTS + attempt)
+
+    def resumable(self) -> dict[str, Any]:
+        """What must stay the same when a run goes on or is extended."""
+        return {key: value for key, value in json.loads(json.dumps(asdict(self))).items() if key != "num_episodes"}
+
+
+@dataclass(frozen=True)
+class Targets:
+    """Where the datasets go; at least one of them.
+
+    Attributes:
+        demonstrations: folder of the demonstrations dataset, or None.
+        keysteps: folder of the keysteps dataset, or None.
+        demonstrations_id: repo id of the demonstrations.
+        keysteps_id: repo id of the keysteps.
+    """
+
+    demonstrations: Path | None
+    keysteps: Path | None
+    demonstrations_id: str = "local/demonstrations"
+    keysteps_id: str = "local/keysteps"
+
+    def named(self) -> dict[str, tuple[Path, str]]:
+        """Folder and repo id by kind."""
+        kinds = {
+            "demonstrations": (self.demonstrations, self.demonstrations_id),
+            "keysteps": (self.keysteps, self.keysteps_id),
+        }
+        return {kind: (root, repo_id) for kind, (root, repo_id) in kinds.items() if root is not None}

@@ -1,0 +1,46 @@
+"""A part keeps good episodes only, and says what it threw away."""
+
+import json
+from collections import Counter
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from lerobot.datasets.lerobot_dataset import LeRobotDataset
+
+from lerobot_llakey import schema
+from lerobot_llakey.datasets import collect_part
+from lerobot_llakey.datasets.collect import collect
+from lerobot_llakey.datasets.plan import ATTEMPTS, CollectSettings, Targets
+from lerobot_llakey.sim.recorder import Episode, record
+from lerobot_llakey.sim.world import World
+
+
+def test_bad_episodes_are_thrown_away_counted_and_made_up_for(
+    settings: CollectSettings, targets: Targets, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def unlucky(world: World, seed: int, variation: int, fps: float) -> Episode:
+        episode = record(world, seed, variation, fps)
+        return replace(episode, keyframes_match=episode.keyframes_match and seed % ATTEMPTS >= 2)
+
+    monkeypatch.setattr(collect_part, "record", unlucky)
+    thrown = collect(replace(settings, num_episodes=1), targets, num_workers=1, progress=lambda *_: None)
+    assert Counter(thrown).total() >= 2
+    assert set(thrown) <= {f"open_drawer: {why}" for why in ("keyframes differ from the waypoints", "not done")}
+    assert targets.keysteps is not None
+    said = json.loads((targets.keysteps / "meta" / "llakey_collect.json").read_text())
+    assert said["thrown_away"] == thrown and said["episodes"] == 1
+    dataset = LeRobotDataset("local/any", root=targets.keysteps)
+    assert (np.array(dataset.hf_dataset[schema.EPISODE_SEED]) % ATTEMPTS >= 2).all()
+
+
+def test_an_expert_that_always_fails_is_named(
+    settings: CollectSettings, targets: Targets, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(world: World, seed: int, variation: int, fps: float) -> Episode:
+        empty = np.zeros((1, schema.STATE_DIM), dtype=np.float32)
+        return Episode(empty, empty, [], [], False, False, "open_drawer", "", seed, variation, 0)
+
+    monkeypatch.setattr(collect_part, "record", broken)
+    with pytest.raises(RuntimeError, match="expert of open_drawer to do variation 0"):
+        collect(settings, targets, num_workers=1, progress=lambda *_: None)

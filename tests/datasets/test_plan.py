@@ -1,0 +1,38 @@
+"""The plan fixes every episode before any is simulated."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from lerobot_llakey import schema
+from lerobot_llakey.datasets.plan import ATTEMPTS, CollectSettings, Targets
+
+SETTINGS = CollectSettings(("open_drawer", "close_jar"), 3, split="val")
+
+
+def test_tasks_take_turns() -> None:
+    assert len(SETTINGS) == 6
+    assert [SETTINGS.slot(index) for index in range(4)] == [
+        ("open_drawer", 0),
+        ("close_jar", 0),
+        ("open_drawer", 1),
+        ("close_jar", 1),
+    ]
+
+
+def test_seeds_are_of_the_split_and_never_shared() -> None:
+    seeds = [SETTINGS.seed(number, attempt) for number in range(3) for attempt in range(ATTEMPTS)]
+    assert len(set(seeds)) == len(seeds)
+    assert all(seed in schema.SEED_RANGES["val"] for seed in seeds)
+
+
+def test_more_episodes_are_the_same_plan_and_other_pictures_are_not() -> None:
+    assert SETTINGS.resumable() == replace(SETTINGS, num_episodes=9).resumable()
+    assert SETTINGS.resumable() != replace(SETTINGS, image_size=64).resumable()
+
+
+@pytest.mark.parametrize("kinds", [("demonstrations",), ("keysteps",), ("demonstrations", "keysteps")])
+def test_targets_name_what_is_asked_for(tmp_path: Path, kinds: tuple[str, ...]) -> None:
+    folders = {kind: tmp_path / kind if kind in kinds else None for kind in ("demonstrations", "keysteps")}
+    assert tuple(Targets(**folders).named()) == kinds
