@@ -6,6 +6,9 @@ from pathlib import Path
 from typing import Any
 
 import torch
+from huggingface_hub.constants import SAFETENSORS_SINGLE_FILE
+from safetensors import safe_open
+from safetensors.torch import save_file
 
 from lerobot_llakey.policies.hierarchy.configuration_llakey import LlakeyConfig
 from lerobot_llakey.policies.hierarchy.modeling_llakey import LlakeyPolicy
@@ -45,9 +48,17 @@ def save(policy: LlakeyPolicy, output_dir: str | Path, half: bool = False) -> No
         output_dir: folder to write.
         half: store floating-point weights in float16.
     """
-    weights = policy.state_dict()
+    policy.save_pretrained(output_dir)
     if half:
-        weights = {name: value.half() if torch.is_floating_point(value) else value for name, value in weights.items()}
-    policy.save_pretrained(output_dir, state_dict=weights)
+        _halve(Path(output_dir) / SAFETENSORS_SINGLE_FILE)
     for pipeline in make_llakey_pre_post_processors(policy.config):
         pipeline.save_pretrained(output_dir)
+
+
+def _halve(path: Path) -> None:
+    """Store the floating-point weights of a safetensors file in float16."""
+    with safe_open(path, framework="pt") as file:
+        metadata = file.metadata()
+        weights = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118 - not a mapping
+    weights = {name: value.half() if torch.is_floating_point(value) else value for name, value in weights.items()}
+    save_file(weights, path, metadata=metadata)

@@ -6,6 +6,7 @@ from lerobot.policies.factory import make_policy, make_pre_post_processors
 
 from lerobot_llakey import schema
 from lerobot_llakey.policies.hierarchy.compose import compose
+from lerobot_llakey.policies.hierarchy.modeling_llakey import LlakeyPolicy
 
 
 def test_two_parts_become_one_checkpoint_that_lerobot_loads(make_tiny, keysteps, observation, tmp_path: Path) -> None:
@@ -22,3 +23,20 @@ def test_two_parts_become_one_checkpoint_that_lerobot_loads(make_tiny, keysteps,
     assert torch.equal(actions, composed.select_action(observation))
     assert loaded.last_instructions == composed.last_instructions
     assert schema.INSTRUCTION not in config.input_features
+
+
+def test_half_precision_halves_the_file_and_barely_changes_the_actions(make_tiny, observation, tmp_path: Path) -> None:
+    trained = make_tiny()
+    trained.command.save_pretrained(tmp_path / "command")
+    trained.action.save_pretrained(tmp_path / "action")
+    sizes, actions = [], []
+    for half in (False, True):
+        folder = tmp_path / f"half_{half}"
+        compose(tmp_path / "command", tmp_path / "action", folder, half=half, device="cpu")
+        sizes.append((folder / "model.safetensors").stat().st_size)
+        loaded = LlakeyPolicy.from_pretrained(folder)
+        assert {value.dtype for value in loaded.parameters()} == {torch.float32}
+        actions.append(loaded.action.state_dict())
+    assert sizes[1] < 0.6 * sizes[0]
+    for name, value in actions[0].items():
+        assert torch.allclose(value.float(), actions[1][name].float(), atol=1e-3), name
