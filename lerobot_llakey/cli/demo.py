@@ -82,7 +82,8 @@ def _episodes(config: DemoConfig, jobs: list[tuple[str, int]]) -> Iterator[Episo
         yield from (_episode(config, *job) for job in jobs)
         return
     # A fresh process for each worker: OpenGL contexts and PyTorch's threads do not survive a fork.
-    with ProcessPoolExecutor(config.num_workers, get_context("spawn"), initializer=_use_one_thread) as pool:
+    workers = min(config.num_workers, len(jobs))
+    with ProcessPoolExecutor(workers, get_context("spawn"), initializer=_use_one_thread) as pool:
         for future in as_completed([pool.submit(_episode, config, *job) for job in jobs]):
             yield future.result()
 
