@@ -7,7 +7,6 @@ arguments, which it parses as LeRobot's own scripts do. A verb's module is impor
 from __future__ import annotations
 
 import importlib
-import logging
 import sys
 from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
@@ -62,8 +61,6 @@ def main(argv: Sequence[str] | None = None) -> None:
     if verb not in VERBS:
         print(unknown_verb(verb), file=sys.stderr)
         raise SystemExit(2)
-    # Without FFmpeg LeRobot reads videos through PyAV, and warns of it in sixty lines at every start.
-    logging.getLogger("lerobot.utils.import_utils").setLevel(logging.ERROR)
     module, _ = VERBS[verb]
     sys.argv = [f"llakey {verb}", *options]
     importlib.import_module(module).main()
