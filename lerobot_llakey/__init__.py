@@ -11,9 +11,9 @@ if sys.argv and sys.argv[0].rpartition("/")[2].startswith("llakey"):
     # it in sixty lines at every start.
     logging.getLogger("lerobot.utils.import_utils").setLevel(logging.ERROR)
 
-from lerobot_llakey.policies.action.configuration_llakey_action import LlakeyActionConfig  # noqa: E402
-from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig  # noqa: E402
-from lerobot_llakey.policies.hierarchy.configuration_llakey import LlakeyConfig  # noqa: E402
-from lerobot_llakey.sim.configuration_llakey_sim import LlakeySimConfig  # noqa: E402
+from lerobot_llakey.policies.action.configuration_llakey_action import LlakeyActionConfig
+from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
+from lerobot_llakey.policies.hierarchy.configuration_llakey import LlakeyConfig
+from lerobot_llakey.sim.configuration_llakey_sim import LlakeySimConfig
 
 __all__ = ["LlakeyActionConfig", "LlakeyCommandConfig", "LlakeyConfig", "LlakeySimConfig"]
