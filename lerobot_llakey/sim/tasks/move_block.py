@@ -51,6 +51,9 @@ _BACK_GRIP = np.array([-0.006, 0.0, 0.004])
 """Where a hand leaning back takes a block, relative to its centre: out of the roof's way."""
 _DEEPEST_GRIP = 0.004
 """Metres behind a shelter's centre beyond which the hand would meet the roof."""
+_NEAR, _ARRIVED, _PUT, _TURNED = 0.05, 0.03, 0.016, 0.35
+"""How far (metres, and radians) a hand may be off and still be before its grasp, above its target or down on it: the
+next waypoint corrects the rest."""
 _COLUMNS = (-0.23, 0.0, 0.23)
 _REACH = {INSERT: 0.015, SLIDE: 0.02, PULL_OUT: _PAD}
 """Metres by which a block may miss its target's centre."""
@@ -172,7 +175,7 @@ class MoveBlock(Task):
             Waypoint(before, True, False, instruct("move", side, self._thing)),
             Waypoint(grasp, False, True, instruct("grasp", self._thing)),
         ]
-        return waypoints[1:] if distance < 0.03 and angle < 0.2 and not world.gripper_closed else waypoints
+        return waypoints[1:] if distance < _NEAR and angle < _TURNED and not world.gripper_closed else waypoints
 
     def _take_from_above(self, world: World) -> list[Waypoint]:
         position, yaw = self._block_pose(world)
@@ -210,7 +213,7 @@ class MoveBlock(Task):
         tool = world.tool
         above = self._above(world, tool)
         sideways = np.linalg.norm(tool.position[:2] - above.position[:2])
-        if sideways > 0.02 and tool.position[2] < 0.6 * _HIGH:
+        if sideways > _ARRIVED and tool.position[2] < 0.6 * _HIGH:
             return [_raised(tool)]
         down = Pose(above.position * (1, 1, 0) + (0, 0, self._low(tool)), above.quaternion)
         if self.sequence == INSERT:
@@ -218,7 +221,7 @@ class MoveBlock(Task):
         else:
             arrive, put = instruct("move", "top", self._goal), instruct("place", self._thing, self._goal)
         lower = self._unless_there(world, Waypoint(down, False, True, put))
-        arrived = sideways < 0.02 and tool.distance(above)[1] < 0.15
+        arrived = sideways < _ARRIVED and tool.distance(above)[1] < _TURNED
         return lower if arrived else [Waypoint(above, False, False, arrive), *lower]
 
     def _above(self, world: World, tool: Pose) -> Pose:
@@ -242,7 +245,7 @@ class MoveBlock(Task):
         """The waypoint and the release after it, or the release alone where the tool has arrived."""
         release = Waypoint(waypoint.pose, True, True, instruct("release", self._thing))
         distance, angle = world.tool.distance(waypoint.pose)
-        return [release] if distance < 0.012 and angle < 0.15 else [waypoint, release]
+        return [release] if distance < _PUT and angle < _TURNED else [waypoint, release]
 
 
 def _raised(tool: Pose) -> Waypoint:
