@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 from lerobot.configs import PreTrainedConfig
 from lerobot.configs.types import FeatureType, NormalizationMode, PolicyFeature
 from lerobot.optim import AdamWConfig
-from lerobot.optim.schedulers import CosineAnnealingWithWarmupSchedulerConfig
 
 from lerobot_llakey import schema
 from lerobot_llakey.policies.action.renderer import VIEWS
+from lerobot_llakey.policies.keyframe_config import KeyframePolicyConfig
 
 CONDITIONS = ("instruction", "task", "both")
 INSTRUCTION_SOURCES = ("instruction", "oracle")
@@ -18,7 +18,7 @@ INSTRUCTION_SOURCES = ("instruction", "oracle")
 
 @PreTrainedConfig.register_subclass("llakey_action")
 @dataclass
-class LlakeyActionConfig(PreTrainedConfig):
+class LlakeyActionConfig(KeyframePolicyConfig):
     """An RVT-like two-stage keyframe policy (LLaKey section III-D; RVT; RVT-2 for the zoomed second stage).
 
     Attributes:
@@ -118,18 +118,6 @@ class LlakeyActionConfig(PreTrainedConfig):
                 f"Expected workspace as three (low, high) pairs in metres, got {self.workspace}; correct it."
             )
 
-    @property
-    def observation_delta_indices(self) -> None:
-        return None
-
-    @property
-    def action_delta_indices(self) -> None:
-        return None
-
-    @property
-    def reward_delta_indices(self) -> None:
-        return None
-
     def get_optimizer_preset(self) -> AdamWConfig:
         return AdamWConfig(
             lr=self.optimizer_lr,
@@ -137,9 +125,6 @@ class LlakeyActionConfig(PreTrainedConfig):
             grad_clip_norm=self.optimizer_grad_clip_norm,
             betas=(0.9, 0.98),
         )
-
-    def get_scheduler_preset(self) -> CosineAnnealingWithWarmupSchedulerConfig:
-        return CosineAnnealingWithWarmupSchedulerConfig(num_warmup_steps=self.scheduler_warmup_steps)
 
     def required_features(self) -> list[str]:
         """Names of the observation features that the policy reads at every frame."""

@@ -7,15 +7,15 @@ from typing import Any
 
 from lerobot.configs import FeatureType, NormalizationMode, PolicyFeature, PreTrainedConfig
 from lerobot.optim import AdamWConfig
-from lerobot.optim.schedulers import CosineAnnealingWithWarmupSchedulerConfig
 
 from lerobot_llakey import schema
+from lerobot_llakey.policies.keyframe_config import KeyframePolicyConfig
 from lerobot_llakey.policies.muon import MuonConfig
 
 
 @PreTrainedConfig.register_subclass("llakey_command")
 @dataclass
-class LlakeyCommandConfig(PreTrainedConfig):
+class LlakeyCommandConfig(KeyframePolicyConfig):
     """Settings of the vision-language model that names the next basic action (section III-C of the paper).
 
     Attributes:
@@ -138,18 +138,3 @@ class LlakeyCommandConfig(PreTrainedConfig):
         if self.model is None:
             return MuonConfig(lr=2e-3 if self.optimizer_lr is None else self.optimizer_lr, **settings)
         return AdamWConfig(lr=2e-5 if self.optimizer_lr is None else self.optimizer_lr, **settings)
-
-    def get_scheduler_preset(self) -> CosineAnnealingWithWarmupSchedulerConfig:
-        return CosineAnnealingWithWarmupSchedulerConfig(num_warmup_steps=self.scheduler_warmup_steps)
-
-    @property
-    def observation_delta_indices(self) -> None:
-        return None
-
-    @property
-    def action_delta_indices(self) -> None:
-        return None
-
-    @property
-    def reward_delta_indices(self) -> None:
-        return None

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from lerobot.configs import FeatureType, NormalizationMode, PreTrainedConfig
-from lerobot.optim.schedulers import CosineAnnealingWithWarmupSchedulerConfig
 
 from lerobot_llakey import instructions
 from lerobot_llakey.policies.action.configuration_llakey_action import LlakeyActionConfig
 from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
+from lerobot_llakey.policies.keyframe_config import KeyframePolicyConfig
 from lerobot_llakey.policies.muon import MuonConfig
 
 COMMANDERS = ("policy", "oracle", "task")
@@ -17,7 +17,7 @@ COMMANDERS = ("policy", "oracle", "task")
 
 @PreTrainedConfig.register_subclass("llakey")
 @dataclass
-class LlakeyConfig(PreTrainedConfig):
+class LlakeyConfig(KeyframePolicyConfig):
     """Settings of LLaKey as a whole (section III and algorithm 1 of the paper).
 
     Attributes:
@@ -35,7 +35,6 @@ class LlakeyConfig(PreTrainedConfig):
         seed: of the random moves.
         train_command, train_action: which parts ``lerobot-train`` trains; the other is frozen.
         command_lr_multiplier, action_lr_multiplier: factors on the learning rates that the parts' own settings give.
-        scheduler_warmup_steps: linear warm-up of all learning rates, then cosine to zero over the training's steps.
         optimizer_grad_clip_norm: largest norm of both parts' gradients together.
     """
 
@@ -55,7 +54,6 @@ class LlakeyConfig(PreTrainedConfig):
     train_action: bool = True
     command_lr_multiplier: float = 1.0
     action_lr_multiplier: float = 1.0
-    scheduler_warmup_steps: int = 200
     optimizer_grad_clip_norm: float = 5.0
 
     normalization_mapping: dict[str, NormalizationMode] = field(
@@ -95,18 +93,3 @@ class LlakeyConfig(PreTrainedConfig):
             weight_decay=preset.weight_decay,
             grad_clip_norm=self.optimizer_grad_clip_norm,
         )
-
-    def get_scheduler_preset(self) -> CosineAnnealingWithWarmupSchedulerConfig:
-        return CosineAnnealingWithWarmupSchedulerConfig(num_warmup_steps=self.scheduler_warmup_steps)
-
-    @property
-    def observation_delta_indices(self) -> None:
-        return None
-
-    @property
-    def action_delta_indices(self) -> None:
-        return None
-
-    @property
-    def reward_delta_indices(self) -> None:
-        return None
