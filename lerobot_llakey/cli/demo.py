@@ -3,7 +3,6 @@
 llakey demo --policy_path=checkpoints/llakey_small --task=open_drawer,close_jar,move_block --output_dir=outputs/demo
 """
 
-import json
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict, dataclass
@@ -16,6 +15,7 @@ from lerobot.utils.io_utils import write_video
 from tqdm import tqdm
 
 from lerobot_llakey.cli.errors import one_sentence
+from lerobot_llakey.cli.output import write_results
 from lerobot_llakey.evaluation.overlay import annotate_frame
 from lerobot_llakey.evaluation.rollout import Agent, Episode, run_episode
 from lerobot_llakey.evaluation.tables import success_table
@@ -72,8 +72,7 @@ def run(config: DemoConfig) -> list[Episode]:
             progress.update()
             progress.set_postfix(solved=f"{sum(e.success for e in episodes)}/{len(episodes)}")
     episodes.sort(key=lambda episode: (tasks.index(episode.task), episode.seed))
-    results = {"episodes": [asdict(episode) for episode in episodes]}
-    (config.output_dir / "results.json").write_text(json.dumps(results, indent=2))
+    write_results(config.output_dir, {"episodes": [asdict(episode) for episode in episodes]})
     return episodes
 
 
@@ -128,7 +127,7 @@ def _episode(config: DemoConfig, task: str, index: int) -> Episode:
 def show(config: DemoConfig) -> None:
     """Run the episodes, then print the table."""
     print(success_table(run(config)))
-    print(f"Videos and results.json: {config.output_dir.resolve()}")
+    print(f"videos: {(config.output_dir / 'videos').resolve()}")
 
 
 def main() -> None:

@@ -150,12 +150,6 @@ class World:
                 carried.append(Held(body.id, int(joint.qposadr[0]), tool @ self.pose(name)))
         return carried
 
-    def touching(self, first: str, second: str) -> bool:
-        """Whether two bodies are in contact."""
-        a, b = self.model.body(first).id, self.model.body(second).id
-        bodies = self.model.geom_bodyid[self.data.contact.geom]
-        return any({a, b} == {int(x), int(y)} for x, y in bodies)
-
     # What tasks set at the start of an episode.
 
     def place(self, body: str, pose: Pose) -> None:
