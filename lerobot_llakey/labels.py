@@ -17,6 +17,22 @@ holds something wide is closed."""
 
 
 @dataclass(frozen=True)
+class Interruption:
+    """An action that a disturbance kept from reaching its keyframe as meant.
+
+    Attributes:
+        segment: which keyframe it was to lead to.
+        frame: first frame at which the event can be seen; beyond the keyframe if at none. Only with a segment to follow
+            may it lie before the keyframe.
+        action: (9,) float32, what the segment was to lead to.
+    """
+
+    segment: int
+    frame: int
+    action: np.ndarray
+
+
+@dataclass(frozen=True)
 class Labels:
     """One entry a frame.
 
@@ -50,18 +66,26 @@ class Labels:
 
 
 def label(
-    states: np.ndarray, keyframes: list[int], instructions: Sequence[str], ignore_collision: Sequence[bool]
+    states: np.ndarray,
+    keyframes: list[int],
+    instructions: Sequence[str],
+    ignore_collision: Sequence[bool],
+    interruptions: Sequence[Interruption] = (),
 ) -> Labels:
     """Label a trajectory.
 
     The action of a segment is what was *reached* at its keyframe, the tool's pose and the gripper's state, as RVT and
     PerAct take it: so simulated and real recordings are labelled alike.
 
+    Where an event interrupts a segment, the frames before it keep what was meant, and those from it on already lead to
+    the next keyframe, with the next instruction: what a watcher would say there, in answer to the interrupted one.
+
     Args:
         states: (T, 15) robot states of the contract.
         keyframes: increasing frame indices that end at T - 1.
         instructions: what leads to each keyframe.
         ignore_collision: whether the way to each keyframe may touch things.
+        interruptions: the segments that a disturbance cut short.
 
     Raises:
         ValueError: if there is not one instruction and one flag a keyframe, or the keyframes do not fit the states.
@@ -80,7 +104,16 @@ def label(
     previous[0] = ""
     for keyframe, finished in zip(keyframes, instructions, strict=True):
         previous[keyframe] = finished
-    return Labels(actions[parts.index], current, previous, parts.index, parts.next_frame, parts.is_keyframe)
+    index, next_frame, action = parts.index.copy(), parts.next_frame.copy(), actions[parts.index]
+    for cut in interruptions:
+        action[parts.index == cut.segment] = cut.action
+    for cut in interruptions:
+        end = keyframes[cut.segment]
+        if cut.frame < end:
+            late = slice(cut.frame, end)
+            index[late], next_frame[late], action[late] = cut.segment + 1, keyframes[cut.segment + 1], action[end]
+            current[late] = [current[end]] * (end - cut.frame)
+    return Labels(action, current, previous, index, next_frame, parts.is_keyframe)
 
 
 def keyframe_action(state: np.ndarray, ignore_collision: bool) -> np.ndarray:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from lerobot_llakey import schema
-from lerobot_llakey.labels import keyframe_action, label
+from lerobot_llakey.labels import Interruption, keyframe_action, label
 
 INSTRUCTIONS = ["move to the top of the cup", "grasp the cup"]
 
@@ -57,3 +57,24 @@ def test_a_gripper_that_holds_something_wide_counts_as_closed_and_the_quaternion
 def test_a_segment_without_instruction_is_refused() -> None:
     with pytest.raises(ValueError, match=r"2 keyframes, got 1 and 2"):
         label(states([1] * 6), [2, 5], INSTRUCTIONS[:1], [False, True])
+
+
+def test_frames_after_an_event_lead_to_the_next_keyframe_and_those_before_keep_what_was_meant() -> None:
+    meant = np.array([0.5, 0, 0, 1, 0, 0, 0, 0, 1], dtype=np.float32)
+    labels = label(states([1] * 8), [4, 7], INSTRUCTIONS, [False, True], [Interruption(0, 2, meant)])
+    first, second = INSTRUCTIONS
+    np.testing.assert_array_equal(labels.action[:2], [meant, meant])
+    np.testing.assert_allclose(labels.action[2:, 2], 0.07)
+    assert labels.instruction == [first] * 2 + [second] * 6
+    # Asked right after the event, a watcher answers to the instruction that was cut short.
+    assert labels.previous_instruction == ["", *[first] * 4, *[second] * 3]
+    np.testing.assert_array_equal(labels.next_frame, [4, 4, 7, 7, 7, 7, 7, 7])
+    np.testing.assert_array_equal(labels.is_keyframe, [0, 0, 0, 0, 1, 0, 0, 1])
+
+
+def test_a_keyframe_off_its_mark_is_labelled_by_what_was_meant() -> None:
+    meant = np.array([0.5, 0, 0, 1, 0, 0, 0, 0, 1], dtype=np.float32)
+    labels = label(states([1] * 6), [2, 5], INSTRUCTIONS, [False, True], [Interruption(1, 99, meant)])
+    np.testing.assert_allclose(labels.action[:2, 2], 0.02)
+    np.testing.assert_array_equal(labels.action[2:], [meant] * 4)
+    assert labels.instruction == [INSTRUCTIONS[0]] * 2 + [INSTRUCTIONS[1]] * 4

@@ -30,6 +30,8 @@ class LlakeySimConfig(EnvConfig):
         oracle_instructions: add the expert's instruction from the present state to each observation.
         render_size: height and width in pixels of the pictures made for people.
         detailed: show the robot's detailed meshes in pictures made for people.
+        disturbance: unforeseen event that strikes once an episode (drop, block, shift or empty_grasp), or imprecise: a
+            hand that ends beside its marks; none where empty.
         features: what an observation holds, derived from image_size.
         features_map: names of the features in LeRobot's observations.
 
@@ -45,6 +47,7 @@ class LlakeySimConfig(EnvConfig):
     oracle_instructions: bool = False
     render_size: tuple[int, int] = (480, 640)
     detailed: bool = False
+    disturbance: str = ""
     features: dict[str, PolicyFeature] = field(default_factory=dict)
     features_map: dict[str, str] = field(default_factory=dict)
 
@@ -85,6 +88,7 @@ class LlakeySimConfig(EnvConfig):
             "render_size": tuple(self.render_size),
             "render_fps": self.fps,
             "detailed": self.detailed,
+            "disturbance": self.disturbance,
         }
 
     def create_envs(self, n_envs: int, use_async_envs: bool = False) -> dict[str, dict[int, gym.vector.VectorEnv]]:

@@ -12,6 +12,7 @@ from gymnasium import spaces
 from lerobot_llakey import schema
 from lerobot_llakey.geometry import Pose
 from lerobot_llakey.sim.cameras import CameraRig
+from lerobot_llakey.sim.disturbances import check_disturbance
 from lerobot_llakey.sim.planning import PlanningError
 from lerobot_llakey.sim.tasks import make_task
 from lerobot_llakey.sim.world import World
@@ -24,7 +25,8 @@ class LlakeySimEnv(gym.Env):
 
     An action is the contract's keyframe (9,): the arm plans and moves there, then the gripper opens or closes, and
     things come to rest. A pose that cannot be reached is a step without motion: ``info["moved"]`` is false and
-    ``info["failure"]`` says why. Reward is 1 at the step that solves the task.
+    ``info["failure"]`` says why; ``info["disturbed"]`` says whether a disturbance has struck. Reward is 1 at the step
+    that solves the task.
 
     The scene and its OpenGL context are made at the first reset, in the process that uses them.
 
@@ -37,9 +39,11 @@ class LlakeySimEnv(gym.Env):
         render_size: height and width in pixels of :meth:`render`.
         render_fps: frames a second of videos with one frame an action.
         detailed: show the robot's detailed meshes to people.
+        disturbance: unforeseen event that strikes once an episode (see :class:`lerobot_llakey.sim.disturbances.Event`),
+            or ``imprecise``; none where empty.
 
     Raises:
-        ValueError: if the task or the split is unknown.
+        ValueError: if the task, the split or the disturbance is unknown.
     """
 
     def __init__(
@@ -52,14 +56,17 @@ class LlakeySimEnv(gym.Env):
         render_size: tuple[int, int] = (480, 640),
         render_fps: int = 2,
         detailed: bool = False,
+        disturbance: str = "",
     ) -> None:
         schema.scene_seed(split, 0)
+        check_disturbance(disturbance)
         self._task = make_task(task)
         self.task, self.split = self._task.name, split
         self.render_mode = "rgb_array"
         self.metadata = {"render_modes": ["rgb_array"], "render_fps": render_fps}
         self._max_episode_steps = episode_length
         self._oracle_instructions = oracle_instructions
+        self._disturbance = disturbance
         self._image_size, self._render_size, self._detailed = image_size, render_size, detailed
         self._world: World | None = None
         self._rig: CameraRig | None = None
@@ -94,7 +101,8 @@ class LlakeySimEnv(gym.Env):
         super().reset(seed=seed)
         index = int(self.np_random.integers(len(schema.SEED_RANGES[self.split]))) if seed is None else seed
         self.world.observe(None)
-        self.world.reset(schema.scene_seed(self.split, index), (options or {}).get("variation"))
+        seed, variation = schema.scene_seed(self.split, index), (options or {}).get("variation")
+        self.world.reset(seed, variation, self._disturbance or None)
         self._watch()
         self._elapsed = 0
         return self._observation(), self._info(bool(self._task.success(self.world)), "")
@@ -114,9 +122,7 @@ class LlakeySimEnv(gym.Env):
         target = Pose(action[schema.POSITION], action[schema.QUATERNION])
         failure = ""
         try:
-            self.world.motion.execute(
-                target, bool(action[schema.GRIPPER] > _HALF), bool(action[schema.IGNORE_COLLISION] > _HALF)
-            )
+            self.world.act(target, bool(action[schema.GRIPPER] > _HALF), bool(action[schema.IGNORE_COLLISION] > _HALF))
         except PlanningError as error:
             failure = error.reason
         self._elapsed += 1
@@ -172,6 +178,7 @@ class LlakeySimEnv(gym.Env):
             "failure": failure,
             "variation": int(self._task.variation),
             "sequence": int(self._task.sequence),
+            "disturbed": self.world.disturbance is not None and self.world.disturbance.struck,
         }
 
 

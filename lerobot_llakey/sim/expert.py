@@ -39,7 +39,7 @@ def demonstrate(world: World, max_steps: int = MAX_STEPS) -> Iterator[ExpertStep
             return
         waypoint = waypoints[0]
         try:
-            world.motion.execute(waypoint.pose, waypoint.gripper_open, waypoint.ignore_collision)
+            world.act(waypoint.pose, waypoint.gripper_open, waypoint.ignore_collision)
         except PlanningError as error:
             yield ExpertStep(waypoint, error.reason, False)
             return

@@ -44,14 +44,20 @@ class Motion:
         Raises:
             PlanningError: if there is no path; nothing has moved then.
         """
-        world = self.world
-        path = self.planner.plan(world.data, target, ignore_collision, world.carried(), world.rng)
-        self._follow(path)
-        if gripper_open == world.gripper_closed:
-            self._set_gripper(gripper_open)
-        world.advance(_REST_SECONDS)
+        self.follow(self.plan(target, ignore_collision))
+        self.set_gripper(gripper_open)
+        self.rest()
 
-    def _follow(self, path: np.ndarray) -> None:
+    def plan(self, target: Pose, ignore_collision: bool) -> np.ndarray:
+        """A joint path (N, 7) from where the arm is to a pose of the tool, with what the hand holds.
+
+        Raises:
+            PlanningError: if there is none.
+        """
+        world = self.world
+        return self.planner.plan(world.data, target, ignore_collision, world.carried(), world.rng)
+
+    def follow(self, path: np.ndarray) -> None:
         """Servo along a joint path (N, 7), starting and ending at rest (minimum jerk in the path's length)."""
         world, robot = self.world, self.world.robot
         lengths = np.concatenate(([0.0], np.cumsum(np.abs(np.diff(path, axis=0)).max(axis=1))))
@@ -70,11 +76,18 @@ class Motion:
                 break
             world.step()
 
-    def _set_gripper(self, gripper_open: bool) -> None:
+    def set_gripper(self, gripper_open: bool) -> None:
+        """Open or close the gripper, unless it was last told to be so, and wait until its fingers stand still."""
         world, robot = self.world, self.world.robot
+        if gripper_open != world.gripper_closed:
+            return
         world.data.ctrl[robot.finger_actuators] = robot.open_target if gripper_open else 0.0
         for step in range(round(_GRIPPER_SECONDS / TIMESTEP)):
             world.step()
             still = np.abs(world.data.qvel[robot.finger_dofs]).max() < _STILL_FINGERS
             if still and step * TIMESTEP > 0.2:
                 break
+
+    def rest(self) -> None:
+        """Let things come to rest, long enough for the keyframe to be recognised."""
+        self.world.advance(_REST_SECONDS)

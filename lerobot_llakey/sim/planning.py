@@ -101,6 +101,15 @@ class Planner:
             raise PlanningError("collision")
         return path
 
+    def fits(self, data: mujoco.MjData, target: Pose, rng: np.random.Generator) -> bool:
+        """Whether the arm reaches a tool pose at which its open hand overlaps nothing in the present state."""
+        self._snapshot(data)
+        goal = self.kinematics.solve_from_many(target, self.robot.joints(data), rng)
+        if goal is None:
+            return False
+        self.kinematics.scratch.qpos[self.robot.finger_qpos] = self.robot.open_target
+        return not self._contacts(goal, ())
+
     def _snapshot(self, data: mujoco.MjData) -> None:
         scratch = self.kinematics.scratch
         scratch.qpos[:], scratch.qvel[:] = data.qpos, 0.0

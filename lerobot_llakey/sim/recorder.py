@@ -9,8 +9,9 @@ import mujoco
 import numpy as np
 
 from lerobot_llakey import schema
+from lerobot_llakey.geometry import canonical_quaternion
 from lerobot_llakey.keyframes import discover_keyframes
-from lerobot_llakey.labels import OPEN_ABOVE, Labels, label
+from lerobot_llakey.labels import OPEN_ABOVE, Interruption, Labels, label
 from lerobot_llakey.sim.cameras import RGBD, CameraRig
 from lerobot_llakey.sim.expert import ExpertStep, demonstrate
 from lerobot_llakey.sim.tasks.base import Waypoint
@@ -39,6 +40,8 @@ class Episode:
         variation: of the task.
         sequence: action sequence of the task.
         fps: frames a second.
+        failures: why the arm did not move, where it did not.
+        interruptions: the actions that a disturbance kept from ending as meant.
     """
 
     states: np.ndarray
@@ -54,6 +57,7 @@ class Episode:
     sequence: int
     fps: float = FPS
     failures: list[str] = field(default_factory=list)
+    interruptions: list[Interruption] = field(default_factory=list)
 
     def __len__(self) -> int:
         return len(self.states)
@@ -74,6 +78,7 @@ class Episode:
             self.keyframes,
             [waypoint.instruction for waypoint in self.waypoints],
             [waypoint.ignore_collision for waypoint in self.waypoints],
+            self.interruptions,
         )
 
     def origin(self) -> dict[str, np.ndarray]:
@@ -85,7 +90,9 @@ class Episode:
         }
 
 
-def record(world: World, seed: int, variation: int | None = None, fps: float = FPS) -> Episode:
+def record(
+    world: World, seed: int, variation: int | None = None, fps: float = FPS, disturbance: str | None = None
+) -> Episode:
     """Let the expert do the task of a scene seed.
 
     Args:
@@ -93,35 +100,45 @@ def record(world: World, seed: int, variation: int | None = None, fps: float = F
         seed: scene seed.
         variation: the task's variation; drawn from the seed where None.
         fps: frames a second.
+        disturbance: as :meth:`lerobot_llakey.sim.world.World.reset` takes it.
     """
-    world.reset(seed, variation)
+    world.reset(seed, variation, disturbance)
     states: list[np.ndarray] = []
     configurations: list[np.ndarray] = []
+    times: list[float] = []
 
     def take() -> None:
         states.append(world.state())
         configurations.append(world.data.qpos.copy())
+        times.append(float(world.data.time))
 
     world.observe(take, fps)
     take()
     steps: list[ExpertStep] = []
     ends: list[int] = []
+    interruptions: list[Interruption] = []
     for step in demonstrate(world):
         steps.append(step)
         ends.append(len(states) - 1)
+        struck = world.disturbance.time if world.disturbance is not None else None
+        if struck is not None:
+            frame = int(np.searchsorted(times, struck))
+            interruptions.append(Interruption(len(steps) - 1, frame, waypoint_action(step.waypoint)))
     world.observe(None)
     trajectory = np.stack(states)
     keyframes: list[int] = []
     if len(trajectory) > 1:
         keyframes = discover_keyframes(trajectory[:, schema.JOINTS], trajectory[:, schema.GRIPPER], fps)
     waypoints = [step.waypoint for step in steps]
+    for interruption in interruptions:
+        keyframes = _without_event(keyframes, ends, interruption.segment)
     task = world.task
     return Episode(
         states=trajectory,
         qpos=np.stack(configurations),
         keyframes=keyframes,
         waypoints=waypoints,
-        keyframes_match=_match(keyframes, ends, waypoints, trajectory, fps),
+        keyframes_match=_match(keyframes, ends, waypoints, trajectory, fps, interruptions),
         success=bool(steps) and bool(steps[-1].success),
         task=task.name,
         description=task.description,
@@ -130,11 +147,33 @@ def record(world: World, seed: int, variation: int | None = None, fps: float = F
         sequence=int(task.sequence),
         fps=fps,
         failures=[step.failure for step in steps if step.failure],
+        interruptions=interruptions,
     )
 
 
+def waypoint_action(waypoint: Waypoint) -> np.ndarray:
+    """Action (9,) float32 that asks for a waypoint."""
+    pose = waypoint.pose
+    return np.array(
+        (*pose.position, *canonical_quaternion(pose.quaternion), waypoint.gripper_open, waypoint.ignore_collision),
+        dtype=np.float32,
+    )
+
+
+def _without_event(keyframes: list[int], ends: list[int], segment: int) -> list[int]:
+    """The keyframes with only the last one of the action that an event struck: what it did besides was not meant."""
+    begin = ends[segment - 1] + 1 if segment else 0
+    during = [frame for frame in keyframes if begin < frame <= ends[segment] + 1]
+    return sorted(set(keyframes) - set(during[:-1]))
+
+
 def _match(
-    keyframes: list[int], ends: list[int], waypoints: Sequence[Waypoint], states: np.ndarray, fps: float
+    keyframes: list[int],
+    ends: list[int],
+    waypoints: Sequence[Waypoint],
+    states: np.ndarray,
+    fps: float,
+    interruptions: Sequence[Interruption],
 ) -> bool:
     if len(keyframes) != len(ends) or not ends:
         return False
@@ -142,6 +181,9 @@ def _match(
     # The next action may start before the robot has settled, where it moves the gripper alone.
     on_time = (frames <= np.array(ends) + 1) & (frames >= np.array(ends) - _REACHED_WITHIN * fps)
     gripper = (states[frames, schema.GRIPPER] > OPEN_ABOVE) == [waypoint.gripper_open for waypoint in waypoints]
+    for cut in interruptions:
+        # Cut short, an action need not end as it was meant to; what follows it must tell how to go on.
+        gripper[cut.segment] |= cut.segment < len(ends) - 1
     return bool(on_time.all() and gripper.all())
 
 

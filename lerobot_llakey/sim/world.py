@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import copy
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
 import mujoco
 import numpy as np
 
 from lerobot_llakey.geometry import Pose
+from lerobot_llakey.sim.disturbances import Disturbance, make_disturbance
 from lerobot_llakey.sim.kinematics import Kinematics
 from lerobot_llakey.sim.motion import Motion
 from lerobot_llakey.sim.mujoco_poses import body_pose, site_pose, wxyz
@@ -45,26 +47,29 @@ class World:
         self.motion = Motion(self, Planner(self.kinematics, self.robot))
         self.rng = np.random.default_rng(0)
         self.seed = 0
+        self.disturbance: Disturbance | None = None
         self._pristine = {name: getattr(self.model, name).copy() for name in _VARIED}
         self._observer: Callable[[], None] | None = None
         self._observer_steps = 1
         self._steps = 0
 
-    def reset(self, seed: int, variation: int | None = None) -> None:
+    def reset(self, seed: int, variation: int | None = None, disturbance: str | None = None) -> None:
         """Build the episode of a scene seed, at rest.
 
         Args:
             seed: determines the scene completely.
             variation: the task's variation; drawn from the seed where None.
+            disturbance: out of :data:`~lerobot_llakey.sim.disturbances.DISTURBANCES`, timed by the seed; or None.
 
         Raises:
-            ValueError: if the variation is out of range.
+            ValueError: if the variation is out of range, or the disturbance unknown.
         """
         count = self.task.variations
         if variation is not None and not 0 <= variation < count:
             raise ValueError(f"Expected a variation of {self.task.name} in [0, {count}), got {variation}; change it.")
         self.seed = seed
         self.rng = np.random.default_rng(seed)
+        self.disturbance = make_disturbance(disturbance, np.random.default_rng((seed, 1))) if disturbance else None
         drawn = int(self.rng.integers(count))
         for name, value in self._pristine.items():
             getattr(self.model, name)[:] = value
@@ -80,6 +85,32 @@ class World:
         """Call ``callback`` at ``fps`` simulated frames a second from now on; None stops it."""
         self._observer, self._observer_steps = callback, max(1, round(1 / (fps * TIMESTEP)))
         self._steps = 0
+
+    @contextmanager
+    def unobserved(self) -> Iterator[None]:
+        """Simulate without the observer, for what will be taken back."""
+        observer, steps = self._observer, self._steps
+        self._observer = None
+        try:
+            yield
+        finally:
+            self._observer, self._steps = observer, steps
+
+    def act(self, target: Pose, gripper_open: bool, ignore_collision: bool) -> None:
+        """Carry out one keyframe action, disturbed where the episode has a disturbance.
+
+        Args:
+            target: pose of the tool centre point in the base frame.
+            gripper_open: state of the gripper afterwards.
+            ignore_collision: whether the path may touch things.
+
+        Raises:
+            PlanningError: if there is no path; nothing has moved then.
+        """
+        if self.disturbance is None:
+            self.motion.execute(target, gripper_open, ignore_collision)
+        else:
+            self.disturbance.execute(self, target, gripper_open, ignore_collision)
 
     def advance(self, seconds: float) -> None:
         """Simulate for a while with the present targets."""

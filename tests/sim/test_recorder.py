@@ -7,7 +7,8 @@ import pytest
 
 from lerobot_llakey import schema
 from lerobot_llakey.sim.cameras import CameraRig
-from lerobot_llakey.sim.recorder import Episode, frame_columns, record, render_frames
+from lerobot_llakey.sim.disturbances import EVENTS
+from lerobot_llakey.sim.recorder import Episode, frame_columns, record, render_frames, waypoint_action
 from lerobot_llakey.sim.world import World
 
 SIZE = 32
@@ -89,3 +90,29 @@ def test_a_world_that_went_on_is_not_rendered(drawer_world: World, episode: Epis
 def test_labels_need_one_keyframe_a_waypoint(episode: Episode) -> None:
     with pytest.raises(ValueError, match="instruct every segment"):
         replace(episode, keyframes=episode.keyframes[1:]).labels()
+
+
+@pytest.mark.parametrize("kind", EVENTS)
+def test_an_event_is_labelled_as_a_watcher_would(drawer_world: World, kind: str) -> None:
+    seeds = (schema.scene_seed("val", index) for index in range(5))
+    episode = next(found for found in (record(drawer_world, s, 1, disturbance=kind) for s in seeds) if found.usable)
+    (cut,) = episode.interruptions
+    labels, end = episode.labels(), episode.keyframes[cut.segment]
+    interrupted, back = (episode.waypoints[cut.segment + i].instruction for i in range(2))
+    assert back == "move to the front of the middle handle"
+    seen = min(cut.frame, end)
+    assert labels.instruction[seen - 1] == interrupted and labels.previous_instruction[end] == interrupted
+    assert labels.instruction[end] == labels.instruction[seen] == back
+    meant = waypoint_action(episode.waypoints[cut.segment])
+    np.testing.assert_array_equal(labels.action[episode.keyframes[cut.segment - 1]], meant)
+
+
+def test_an_imprecise_expert_is_labelled_by_what_it_meant(drawer_world: World) -> None:
+    seeds = (schema.scene_seed("val", index) for index in range(9))
+    episodes = [record(drawer_world, seed, 1, disturbance="imprecise") for seed in seeds]
+    cuts = [(episode, cut) for episode in episodes if episode.usable for cut in episode.interruptions]
+    assert cuts
+    for episode, cut in cuts:
+        start = episode.keyframes[cut.segment - 1] if cut.segment else 0
+        meant = waypoint_action(episode.waypoints[cut.segment])
+        np.testing.assert_array_equal(episode.labels().action[start], meant)
