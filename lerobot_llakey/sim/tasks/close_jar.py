@@ -26,6 +26,9 @@ _JAR_RADIUS, _JAR_HEIGHT = 0.046, 0.072
 _NECK_RADIUS, _NECK_TOP, _TIP_RADIUS, _TIP_TOP = 0.0205, 0.096, 0.010, 0.107
 """Above the body comes a straight neck, then a cone that guides a lid set down up to a centimetre beside it."""
 _LID_RADIUS, _LID_BORE, _LID_DEPTH, _LID_HEIGHT = 0.027, 0.022, 0.030, 0.036
+_LID_ROUND = 0.030
+"""Radius in metres on which a fallen lid rolls upright."""
+_UNTOUCHED = {"contype": 0, "conaffinity": 0}
 _LID_COLOUR = (0.38, 0.39, 0.42, 1.0)
 _TRAVEL, _ANGLE = 0.008, np.deg2rad(105)
 _ENTRY = _TIP_TOP + 0.001 + _TRAVEL - _LID_DEPTH
@@ -38,6 +41,8 @@ _ABOVE, _CARRY = 0.10, 0.19
 """Metres from the lid to the hand before it grasps, and height of the hand while it carries the lid."""
 _PRESS = 0.003
 """Metres by which the hand aims below the thread, so that a lid held a little low in the hand still sits on it."""
+_PUT = 0.008
+"""Metres from its place within which a hand has put the lid down."""
 _YAW = np.deg2rad(55)
 """The hand is turned to one side from the start, so that one turn to the other side, within joint 7, is enough."""
 _X, _Y, _REACH = (0.32, 0.63), (-0.31, 0.31), (0.43, 0.68)
@@ -138,7 +143,8 @@ class CloseJar(Task):
         beside = np.hypot(*(world.pose("lid").position - world.pose(_JARS[0]).position)[:2])
         turned = abs(_hand_yaw(world) - _YAW)
         if beside < 0.012 and turned < 0.2 and world.pose("lid").position[2] > _ENTRY - 0.005:
-            return steps[2:]
+            # A lid that is down but does not sit is askew in the hand: let go, it falls into place.
+            return [_release(world, "the lid")] if world.tool.distance(steps[2].pose)[0] < _PUT else steps[2:]
         return steps[1:] if world.tool.position[2] > _CARRY - 0.03 else steps
 
     def _turn(self, world: World, thread: Thread) -> list[Waypoint]:
@@ -237,11 +243,23 @@ def _add_lid(spec: mujoco.MjSpec) -> None:
         size=(_LID_RADIUS, half, 0),
         pos=(0, 0, half),
         rgba=_LID_COLOUR,
-        mass=0.1,
+        mass=0.01,
         contype=0,
         conaffinity=1,
         condim=6,
         friction=(0.8, 0.005, 0.002),
+    )
+    # Heavy below and round to the table: a lid that falls on its side rights itself.
+    lid.add_geom(type=cylinder, size=(_LID_RADIUS, 0.002, 0), pos=(0, 0, 0.003), mass=0.09, group=4, **_UNTOUCHED)
+    lid.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_SPHERE,
+        size=(_LID_ROUND, 0, 0),
+        pos=(0, 0, _LID_ROUND),
+        mass=0.001,
+        contype=0,
+        conaffinity=1,
+        group=4,
+        friction=(0.8, 0.005, 0.0001),
     )
     for angle in _YAW + np.arange(4) * np.pi / 4:
         face = _LID_RADIUS - 0.001

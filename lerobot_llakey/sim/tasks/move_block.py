@@ -186,7 +186,9 @@ class MoveBlock(Task):
         position, yaw = self._block_pose(world)
         bay = world.pose("shelter" if self.sequence == PULL_OUT else "orange_target").position
         if abs(position[1] - bay[1]) < _SHELTER and position[0] < bay[0] + _SHELTER:
-            # A block pushed deeper under the roof is taken by its front edge.
+            # A block pushed deeper under the roof is taken by its front edge; one that is turned, which the hand cannot
+            # follow under the roof, is straightened by the fingers.
+            yaw = 0.0 if position[0] > bay[0] - _SHELTER else yaw
             position = np.array((min(position[0], bay[0] + _DEEPEST_GRIP), *position[1:]))
         grasp = Pose(position + Rotation.from_euler("z", yaw).apply(_BACK_GRIP), _leaning_back(yaw))
         return self._take(world, grasp, grasp.advanced(-_APPROACH), side)
@@ -206,7 +208,7 @@ class MoveBlock(Task):
     def _pull_out(self, world: World) -> list[Waypoint]:
         goal = world.pose("shelter").shifted(x=-_PULL).position + _BACK_GRIP + (0.0, 0.0, _BLOCK + 0.001)
         pull = Waypoint(Pose(goal, _leaning_back(0.0)), False, True, instruct("pull_out", self._thing))
-        return [pull, _raised(pull.pose)]
+        return [pull, _raised(pull.pose), *self._put(world, pull.pose)]
 
     def _carry(self, world: World) -> list[Waypoint]:
         """Up, over the target, down onto it, let go."""
@@ -214,15 +216,20 @@ class MoveBlock(Task):
         above = self._above(world, tool)
         sideways = np.linalg.norm(tool.position[:2] - above.position[:2])
         if sideways > _ARRIVED and tool.position[2] < 0.6 * _HIGH:
-            return [_raised(tool)]
+            return [_raised(tool), *self._put(world, tool)]
+        arrived = sideways < _ARRIVED and tool.distance(above)[1] < _TURNED
+        return self._put(world, tool)[bool(arrived) :]
+
+    def _put(self, world: World, tool: Pose) -> list[Waypoint]:
+        """Over the target, down onto it, let go, with a block held as at a pose of the tool."""
+        above = self._above(world, tool)
         down = Pose(above.position * (1, 1, 0) + (0, 0, self._low(tool)), above.quaternion)
         if self.sequence == INSERT:
             arrive, put = instruct("align", self._goal), instruct("insert", self._thing, self._goal)
         else:
             arrive, put = instruct("move", "top", self._goal), instruct("place", self._thing, self._goal)
         lower = self._unless_there(world, Waypoint(down, False, True, put))
-        arrived = sideways < _ARRIVED and tool.distance(above)[1] < _TURNED
-        return lower if arrived else [Waypoint(above, False, False, arrive), *lower]
+        return [Waypoint(above, False, False, arrive), *lower]
 
     def _above(self, world: World, tool: Pose) -> Pose:
         """Where the tool belongs above the target, held as it is: from above, or leaning back."""
