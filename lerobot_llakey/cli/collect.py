@@ -2,8 +2,8 @@
 
 llakey collect --task=open_drawer,close_jar,move_block --num_episodes=100 --repo_id=me/llakey_demonstrations \
     --root=outputs/demonstrations
-llakey collect --task=all --num_episodes=1000 --demonstrations=false --keysteps_root=outputs/keysteps \
-    --repo_id=me/llakey_keysteps
+llakey collect --task=all --num_episodes=1000 --recovery=0.2 --imprecise=0.3 --demonstrations=false \
+    --keysteps_root=outputs/keysteps --repo_id=me/llakey_keysteps
 """
 
 from dataclasses import dataclass
@@ -32,6 +32,8 @@ class CollectConfig:
         demonstrations: whether to write demonstrations: every frame, pictures as videos.
         keysteps_root: folder for keysteps, the training samples, beside or in place of the demonstrations.
         keystep_mode: thin, or repeat to store keyframe samples six times as the paper counts them.
+        recovery: share of episodes with an unforeseen event, from which the expert recovers.
+        imprecise: share of episodes in which the hand ends up to 2 cm beside its marks, and the expert goes on.
         split: of the scene seeds: train, val or test.
         first_seed: index into the split at which to begin.
         image_size: pixels of height and width.
@@ -48,6 +50,8 @@ class CollectConfig:
     demonstrations: bool = True
     keysteps_root: Path | None = None
     keystep_mode: str = "thin"
+    recovery: float = 0.0
+    imprecise: float = 0.0
     split: str = "train"
     first_seed: int = 0
     image_size: int = schema.IMAGE_SIZE
@@ -60,7 +64,7 @@ class CollectConfig:
         """What to collect.
 
         Raises:
-            ValueError: if a task or the split is unknown or a number is not positive.
+            ValueError: if a task or the split is unknown or a number is out of range.
         """
         if min(self.num_episodes, self.image_size, self.fps) < 1:
             raise ValueError(
@@ -76,6 +80,8 @@ class CollectConfig:
             image_size=self.image_size,
             fps=self.fps,
             keystep_mode=sampling_mode(self.keystep_mode),
+            recovery=self.recovery,
+            imprecise=self.imprecise,
         )
 
     def targets(self) -> Targets:

@@ -1,6 +1,7 @@
 """``llakey expert``: how often the scripted experts succeed on unseen scenes, and whether their keyframes are found.
 
-llakey expert --task=open_drawer,close_jar,move_block --num_episodes=100 --output_dir=outputs/expert
+llakey expert --task=all --num_episodes=100 --output_dir=outputs/expert
+llakey expert --task=all --num_episodes=50 --disturbance=drop
 """
 
 from dataclasses import asdict, dataclass
@@ -22,6 +23,7 @@ class ExpertConfig:
         task: task names separated by commas, or all.
         num_episodes: episodes of each task; the task's variations take turns.
         split: of the scene seeds: val or test hold scenes that no training demonstration shows.
+        disturbance: what disturbs each episode: drop, block, shift, empty_grasp or imprecise; nothing where empty.
         output_dir: where results.json goes; only the table is printed without it.
         num_workers: processes; one for each CPU core where 0.
     """
@@ -29,6 +31,7 @@ class ExpertConfig:
     task: str = "all"
     num_episodes: int = 100
     split: str = "test"
+    disturbance: str = ""
     output_dir: Path | None = None
     num_workers: int = 0
 
@@ -39,10 +42,15 @@ def run(config: ExpertConfig) -> None:
     if config.num_episodes < 1:
         raise ValueError(f"Expected num_episodes of 1 or more, got {config.num_episodes}; ask for at least one.")
     tasks = parse_tasks(config.task)
-    trials = evaluate_experts(tasks, config.num_episodes, config.split, config.num_workers)
+    trials = evaluate_experts(tasks, config.num_episodes, config.split, config.num_workers, config.disturbance)
     summary = summarise(trials)
     print(table(summary))
-    results = {"split": config.split, "tasks": summary, "trials": [asdict(trial) for trial in trials]}
+    results = {
+        "split": config.split,
+        "disturbance": config.disturbance,
+        "tasks": summary,
+        "trials": [asdict(trial) for trial in trials],
+    }
     write_results(config.output_dir, results)
 
 

@@ -50,7 +50,7 @@ def good_episode(settings: CollectSettings, index: int, world: World) -> tuple[E
     variation = number % world.task.variations
     thrown: Counter[str] = Counter()
     for attempt in range(ATTEMPTS):
-        episode = record(world, settings.seed(number, attempt), variation, settings.fps)
+        episode = record(world, settings.seed(number, attempt), variation, settings.fps, settings.disturbance(number))
         if episode.usable:
             return episode, thrown
         thrown[f"{task}: " + ("keyframes differ from the waypoints" if episode.success else "not done")] += 1

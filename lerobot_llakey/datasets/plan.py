@@ -7,8 +7,11 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from lerobot_llakey import schema
 from lerobot_llakey.datasets.keysteps import SamplingMode
+from lerobot_llakey.sim.disturbances import EVENTS, IMPRECISE
 
 ATTEMPTS = 10
 """Scenes tried for an episode before giving up: an expert that fails this often in a row is broken."""
@@ -26,6 +29,8 @@ class CollectSettings:
         image_size: pixels of height and width.
         fps: frames a second.
         keystep_mode: how keysteps are drawn.
+        recovery: share of episodes with an unforeseen event, from which the expert recovers.
+        imprecise: share of episodes in which the hand ends beside its marks.
     """
 
     tasks: tuple[str, ...]
@@ -35,6 +40,15 @@ class CollectSettings:
     image_size: int = schema.IMAGE_SIZE
     fps: int = 10
     keystep_mode: SamplingMode = "thin"
+    recovery: float = 0.0
+    imprecise: float = 0.0
+
+    def __post_init__(self) -> None:
+        shares = (self.recovery, self.imprecise)
+        if min(shares) < 0 or sum(shares) > 1:
+            raise ValueError(
+                f"Expected shares recovery and imprecise of 0 or more, together at most 1, got {shares}; lower one."
+            )
 
     def __len__(self) -> int:
         """Number of episodes over all tasks."""
@@ -47,6 +61,14 @@ class CollectSettings:
     def seed(self, number: int, attempt: int) -> int:
         """Scene seed of an attempt at the ``number``-th episode of a task."""
         return schema.scene_seed(self.split, self.first_seed + number * ATTEMPTS + attempt)
+
+    def disturbance(self, number: int) -> str | None:
+        """What disturbs the ``number``-th episode of every task, drawn by its number alone."""
+        rng = np.random.default_rng((self.first_seed, number))
+        draw, event = rng.random(), str(rng.choice(EVENTS))
+        if draw < self.recovery:
+            return event
+        return IMPRECISE if draw < self.recovery + self.imprecise else None
 
     def resumable(self) -> dict[str, Any]:
         """What must stay the same when a run goes on or is extended."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
 from multiprocessing import get_context
@@ -14,6 +14,7 @@ import torch
 from tqdm import tqdm
 
 from lerobot_llakey import schema
+from lerobot_llakey.sim.disturbances import check_disturbance
 from lerobot_llakey.sim.recorder import record
 from lerobot_llakey.sim.tasks import make_task, task_classes
 from lerobot_llakey.sim.world import World
@@ -35,6 +36,7 @@ class Trial:
         keyframes_match: whether the discovered keyframes are the waypoints.
         actions: number of waypoints.
         failures: why the arm did not move, where it did not.
+        struck: whether the disturbance that was asked for struck.
     """
 
     task: str
@@ -45,16 +47,18 @@ class Trial:
     keyframes_match: bool
     actions: int
     failures: tuple[str, ...]
+    struck: bool = False
 
 
-def run_trials(task: str, split: str, indices: Sequence[int]) -> list[Trial]:
-    """Let a task's expert act in some scenes of a split; variations take turns."""
+def run_trials(task: str, split: str, indices: Sequence[int], disturbance: str = "") -> list[Trial]:
+    """Let a task's expert act in some scenes of a split, disturbed where asked; variations take turns."""
     if task not in _worlds:
         _worlds[task] = World(make_task(task))
     world = _worlds[task]
     trials = []
     for index in indices:
-        episode = record(world, schema.scene_seed(split, index), index % world.task.variations)
+        seed, variation = schema.scene_seed(split, index), index % world.task.variations
+        episode = record(world, seed, variation, disturbance=disturbance or None)
         trials.append(
             Trial(
                 task=task,
@@ -65,12 +69,15 @@ def run_trials(task: str, split: str, indices: Sequence[int]) -> list[Trial]:
                 keyframes_match=episode.keyframes_match,
                 actions=len(episode.waypoints),
                 failures=tuple(episode.failures),
+                struck=bool(episode.interruptions),
             )
         )
     return trials
 
 
-def evaluate_experts(tasks: Sequence[str], num_episodes: int, split: str = "test", num_workers: int = 0) -> list[Trial]:
+def evaluate_experts(
+    tasks: Sequence[str], num_episodes: int, split: str = "test", num_workers: int = 0, disturbance: str = ""
+) -> list[Trial]:
     """Run every task's expert.
 
     Args:
@@ -78,16 +85,22 @@ def evaluate_experts(tasks: Sequence[str], num_episodes: int, split: str = "test
         num_episodes: for each task.
         split: of the scene seeds.
         num_workers: processes; one for each CPU core where 0, none but this one where 1.
+        disturbance: what disturbs each episode, out of DISTURBANCES; nothing where empty.
 
     Returns:
         All trials, by task and seed.
 
     Raises:
-        ValueError: if the split is unknown.
+        ValueError: if the split or the disturbance is unknown.
     """
     schema.scene_seed(split, num_episodes)
+    check_disturbance(disturbance)
     starts = range(0, num_episodes, _CHUNK)
-    jobs = [(task, split, range(start, min(start + _CHUNK, num_episodes))) for start in starts for task in tasks]
+    jobs = [
+        (task, split, range(start, min(start + _CHUNK, num_episodes)), disturbance)
+        for start in starts
+        for task in tasks
+    ]
     workers = min(num_workers or os.cpu_count() or 1, len(jobs))
     trials: list[Trial] = []
     with tqdm(total=len(tasks) * num_episodes, unit="episode", desc="expert") as bar:
@@ -111,7 +124,7 @@ def summarise(trials: Iterable[Trial]) -> dict[str, dict[str, Any]]:
     """Figures by task.
 
     Returns:
-        For each task: episodes; success and keyframes_match as shares (the latter of the successful episodes);
+        For each task: episodes; in how many a disturbance struck, and the share of those that were solved; success and keyframes_match as shares (the latter of the successful episodes);
         variations and sequences that were met, of how many; mean number of actions; reasons of failure; seeds of the
         episodes that failed or whose keyframes do not match.
     """
@@ -125,8 +138,11 @@ def _summary(task: str, trials: list[Trial]) -> dict[str, Any]:
     done = [trial for trial in trials if trial.success]
     kind = task_classes()[task]
     sequences = Counter(trial.sequence for trial in trials)
+    struck = [trial for trial in trials if trial.struck]
     return {
         "episodes": len(trials),
+        "struck": len(struck),
+        "recovered": sum(trial.success for trial in struck) / max(1, len(struck)),
         "success": len(done) / len(trials),
         "keyframes_match": sum(trial.keyframes_match for trial in done) / max(1, len(done)),
         "variations_met": len({trial.variation for trial in trials}),
@@ -145,20 +161,18 @@ def _summary(task: str, trials: list[Trial]) -> dict[str, Any]:
 
 
 def table(summary: dict[str, dict[str, Any]]) -> str:
-    """The figures as text, one line a task."""
-    header = ("task", "episodes", "success", "keyframes", "variations", "sequences", "actions")
-    rows = [
-        (
-            task,
-            str(row["episodes"]),
-            f"{row['success']:.1%}",
-            f"{row['keyframes_match']:.1%}",
-            f"{row['variations_met']}/{row['variations']}",
-            f"{row['sequences_met']}/{row['sequences']}",
-            f"{row['actions']:.1f}",
-        )
-        for task, row in summary.items()
-    ]
-    widths = [max(len(row[column]) for row in (header, *rows)) for column in range(len(header))]
-    lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)) for row in (header, *rows)]
-    return "\n".join(line.rstrip() for line in lines)
+    """The figures as text, one line a task; with what was recovered from where a disturbance struck."""
+    columns: dict[str, Callable[[dict[str, Any]], str]] = {
+        "episodes": lambda row: str(row["episodes"]),
+        "success": lambda row: f"{row['success']:.1%}",
+        "keyframes": lambda row: f"{row['keyframes_match']:.1%}",
+        "variations": lambda row: f"{row['variations_met']}/{row['variations']}",
+        "sequences": lambda row: f"{row['sequences_met']}/{row['sequences']}",
+        "actions": lambda row: f"{row['actions']:.1f}",
+    }
+    if any(row["struck"] for row in summary.values()):
+        columns["struck"] = lambda row: str(row["struck"])
+        columns["recovered"] = lambda row: f"{row['recovered']:.1%}"
+    rows = [("task", *columns), *((task, *(show(row) for show in columns.values())) for task, row in summary.items())]
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return "\n".join("  ".join(map(str.ljust, row, widths)).rstrip() for row in rows)

@@ -19,8 +19,8 @@ from lerobot_llakey.sim.world import World
 def test_bad_episodes_are_thrown_away_counted_and_made_up_for(
     settings: CollectSettings, targets: Targets, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def unlucky(world: World, seed: int, variation: int, fps: float) -> Episode:
-        episode = record(world, seed, variation, fps)
+    def unlucky(world: World, seed: int, variation: int, fps: float, disturbance: str | None) -> Episode:
+        episode = record(world, seed, variation, fps, disturbance)
         return replace(episode, keyframes_match=episode.keyframes_match and seed % ATTEMPTS >= 2)
 
     monkeypatch.setattr(collect_part, "record", unlucky)
@@ -37,10 +37,22 @@ def test_bad_episodes_are_thrown_away_counted_and_made_up_for(
 def test_an_expert_that_always_fails_is_named(
     settings: CollectSettings, targets: Targets, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def broken(world: World, seed: int, variation: int, fps: float) -> Episode:
+    def broken(world: World, seed: int, variation: int, fps: float, disturbance: str | None) -> Episode:
         empty = np.zeros((1, schema.STATE_DIM), dtype=np.float32)
         return Episode(empty, empty, [], [], False, False, "open_drawer", "", seed, variation, 0)
 
     monkeypatch.setattr(collect_part, "record", broken)
     with pytest.raises(RuntimeError, match="expert of open_drawer to do variation 0"):
         collect(settings, targets, num_workers=1, progress=lambda *_: None)
+
+
+def test_recovery_demonstrations_hold_the_way_back(settings: CollectSettings, targets: Targets) -> None:
+    collect(replace(settings, num_episodes=2, recovery=1.0), targets, num_workers=1, progress=lambda *_: None)
+    dataset = LeRobotDataset("local/any", root=targets.keysteps)
+    columns = dataset.hf_dataset
+    for episode in range(2):
+        rows = [row for row in range(len(columns)) if int(columns[row]["episode_index"]) == episode]
+        said = [columns[row][schema.INSTRUCTION] for row in rows]
+        assert len({text for text in said if text.startswith("move to the front of")}) == 1
+        switches = [b for a, b in zip(said, said[1:], strict=False) if a != b]
+        assert sum(text.startswith("move to the front of") for text in switches) == 1

@@ -36,3 +36,18 @@ def test_more_episodes_are_the_same_plan_and_other_pictures_are_not() -> None:
 def test_targets_name_what_is_asked_for(tmp_path: Path, kinds: tuple[str, ...]) -> None:
     folders = {kind: tmp_path / kind if kind in kinds else None for kind in ("demonstrations", "keysteps")}
     assert tuple(Targets(**folders).named()) == kinds
+
+
+def test_shares_of_disturbed_episodes_are_kept_whatever_the_variation() -> None:
+    plan = replace(SETTINGS, num_episodes=2000, recovery=0.25, imprecise=0.25)
+    drawn = [plan.disturbance(number) for number in range(2000)]
+    assert drawn.count(None) / 2000 == pytest.approx(0.5, abs=0.04)
+    assert drawn.count("imprecise") / 2000 == pytest.approx(0.25, abs=0.03)
+    for variation in range(20):
+        assert len(set(drawn[variation::20])) == 6
+    assert drawn == [replace(plan, num_episodes=1).disturbance(number) for number in range(2000)]
+
+
+def test_shares_beyond_one_are_refused() -> None:
+    with pytest.raises(ValueError, match="together at most 1"):
+        replace(SETTINGS, recovery=0.6, imprecise=0.6)

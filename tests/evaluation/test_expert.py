@@ -1,5 +1,7 @@
 """The experts' figures: trials, summary and table."""
 
+from dataclasses import replace
+
 import pytest
 
 from lerobot_llakey import schema
@@ -37,3 +39,16 @@ def test_the_table_has_a_line_a_task() -> None:
 def test_an_unknown_split_is_refused() -> None:
     with pytest.raises(ValueError, match="Expected a split"):
         evaluate_experts(["open_drawer"], 1, split="exam")
+
+
+def test_recovery_is_counted_where_a_disturbance_struck() -> None:
+    trials = evaluate_experts(["open_drawer"], 3, split="val", num_workers=1, disturbance="shift")
+    assert all(found.struck for found in trials)
+    row = summarise([replace(trials[0], success=False), *trials[1:], trial(3)])["open_drawer"]
+    assert (row["struck"], row["recovered"]) == (3, pytest.approx(2 / 3))
+    assert table({"open_drawer": row}).splitlines()[0].split()[-2:] == ["struck", "recovered"]
+
+
+def test_an_unknown_disturbance_is_refused() -> None:
+    with pytest.raises(ValueError, match="Expected a disturbance"):
+        evaluate_experts(["open_drawer"], 1, disturbance="earthquake")
