@@ -3,6 +3,7 @@
 import json
 from collections import Counter
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -54,5 +55,5 @@ def test_recovery_demonstrations_hold_the_way_back(settings: CollectSettings, ta
         rows = [row for row in range(len(columns)) if int(columns[row]["episode_index"]) == episode]
         said = [columns[row][schema.INSTRUCTION] for row in rows]
         assert len({text for text in said if text.startswith("move to the front of")}) == 1
-        switches = [b for a, b in zip(said, said[1:], strict=False) if a != b]
+        switches = [b for a, b in pairwise(said) if a != b]
         assert sum(text.startswith("move to the front of") for text in switches) == 1
