@@ -125,9 +125,9 @@ def summarise(trials: Iterable[Trial]) -> dict[str, dict[str, Any]]:
 
     Returns:
         For each task: episodes; in how many a disturbance struck, and the share of those that were solved; success and
-        keyframes_match as shares (the latter of the successful episodes); variations and sequences that were met, of how
-        many; mean number of actions; reasons of failure; seeds of the episodes that failed or whose keyframes do not
-        match.
+        keyframes_match as shares (the latter of the successful episodes); variations and sequences that were met, of
+        how many; mean number of actions; reasons of failure; seeds of the episodes that failed or whose keyframes do
+        not match.
     """
     grouped: dict[str, list[Trial]] = {}
     for trial in trials:
