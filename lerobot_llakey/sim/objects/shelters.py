@@ -1,0 +1,48 @@
+"""Low furniture that covers a cup: a cabinet on three walls and a ledge on one; both are open towards -y."""
+
+from __future__ import annotations
+
+import mujoco
+
+SHELTER_HALF_WIDTH = 0.071
+"""Metres from the middle of a shelter to its sides; its origin is the middle of its front edge, on the table."""
+_ROOF, _DEPTH, _THICKNESS = 0.135, 0.09, 0.005
+"""Height of the roof's lower face, depth, and half the boards' thickness, metres."""
+_WOOD = (0.50, 0.32, 0.17, 1.0)
+_STONE = (0.45, 0.47, 0.52, 1.0)
+
+
+def add_cabinet(spec: mujoco.MjSpec, name: str) -> mujoco.MjsBody:
+    """Add a wooden cabinet."""
+    cabinet = _add_ledge(spec, name, _WOOD)
+    for side in (-1, 1):
+        cabinet.add_geom(
+            type=mujoco.mjtGeom.mjGEOM_BOX,
+            size=(_THICKNESS, _DEPTH / 2, _ROOF / 2),
+            pos=(side * (SHELTER_HALF_WIDTH - _THICKNESS), _DEPTH / 2, _ROOF / 2),
+            rgba=_WOOD,
+        )
+    return cabinet
+
+
+def add_ledge(spec: mujoco.MjSpec, name: str) -> mujoco.MjsBody:
+    """Add a stone ledge: a roof on a wall."""
+    return _add_ledge(spec, name, _STONE)
+
+
+def _add_ledge(spec: mujoco.MjSpec, name: str, rgba: tuple[float, float, float, float]) -> mujoco.MjsBody:
+    box = mujoco.mjtGeom.mjGEOM_BOX
+    body = spec.worldbody.add_body(name=name)
+    body.add_geom(
+        type=box,
+        size=(SHELTER_HALF_WIDTH, _DEPTH / 2, _THICKNESS),
+        pos=(0, _DEPTH / 2, _ROOF + _THICKNESS),
+        rgba=rgba,
+    )
+    body.add_geom(
+        type=box,
+        size=(SHELTER_HALF_WIDTH, _THICKNESS, _ROOF / 2),
+        pos=(0, _DEPTH - _THICKNESS, _ROOF / 2),
+        rgba=rgba,
+    )
+    return body
