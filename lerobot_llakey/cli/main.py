@@ -15,6 +15,7 @@ VERBS: dict[str, tuple[str, str]] = {
     "annotate": ("lerobot_llakey.cli.annotate", "give your own recordings keyframes and instructions"),
     "collect": ("lerobot_llakey.cli.collect", "let the experts demonstrate; write demonstrations, keysteps or both"),
     "expert": ("lerobot_llakey.cli.expert", "how often the experts succeed, and whether their keyframes are found"),
+    "contact-sheet": ("lerobot_llakey.cli.contact_sheet", "one page with a moment of every task, from every camera"),
     "stress": ("lerobot_llakey.cli.stress", "random legal actions in every task: whether the simulator stands them"),
     "keysteps": ("lerobot_llakey.cli.keysteps", "draw the training samples from a dataset of demonstrations"),
     "compose": ("lerobot_llakey.cli.compose", "make one checkpoint of a trained command and a trained action policy"),
