@@ -59,6 +59,7 @@ class Labels:
             schema.ACTION: self.action[frame],
             schema.INSTRUCTION: self.instruction[frame],
             schema.PREVIOUS_INSTRUCTION: self.previous_instruction[frame],
+            schema.STEP: self.keyframe_index[frame : frame + 1].astype(np.float32),
             schema.KEYFRAME_INDEX: self.keyframe_index[frame : frame + 1],
             schema.NEXT_KEYFRAME: self.next_frame[frame : frame + 1],
             schema.IS_KEYFRAME: self.is_keyframe[frame : frame + 1],

@@ -21,6 +21,8 @@ EXTRINSICS = "observation.camera_extrinsics"
 INSTRUCTION = "observation.instruction"
 PREVIOUS_INSTRUCTION = "observation.previous_instruction"
 """The instruction last commanded when the frame was taken: the finished one at a keyframe, else the current one."""
+STEP = "observation.step"
+"""Number of keyframe actions taken before the frame, float32 (1,): the timestep that RVT is given."""
 ORACLE_INSTRUCTION = "observation.oracle_instruction"
 """The expert's instruction from the present state, as the code points of :func:`encode_text`."""
 SAMPLE_WEIGHT = "observation.sample_weight"
@@ -134,6 +136,7 @@ def _common_features(cameras: Sequence[str]) -> dict[str, dict[str, Any]]:
         ACTION: {"dtype": "float32", "shape": (ACTION_DIM,), "names": list(ACTION_NAMES)},
         INSTRUCTION: {"dtype": "string", "shape": (1,), "names": None},
         PREVIOUS_INSTRUCTION: {"dtype": "string", "shape": (1,), "names": None},
+        STEP: {"dtype": "float32", "shape": (1,), "names": None},
         IS_KEYFRAME: {"dtype": "bool", "shape": (1,), "names": None},
         KEYFRAME_INDEX: dict(scalar_int),
         NEXT_KEYFRAME: dict(scalar_int),

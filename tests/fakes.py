@@ -146,6 +146,7 @@ def fake_keysteps(
                 schema.ACTION: steps[segment][1],
                 schema.INSTRUCTION: steps[segment][0],
                 schema.PREVIOUS_INSTRUCTION: previous,
+                schema.STEP: np.array([segment], dtype=np.float32),
                 schema.IS_KEYFRAME: np.array([is_keyframe]),
                 schema.KEYFRAME_INDEX: np.array([segment]),
                 schema.NEXT_KEYFRAME: np.array([keyframes[segment]]),

@@ -43,6 +43,7 @@ def test_a_row_holds_the_contracts_label_columns() -> None:
             assert features[key]["dtype"] == "string"
         else:
             assert (value.dtype.name, value.shape) == (features[key]["dtype"], features[key]["shape"])
+    assert [label(states([1] * 6), [2, 5], INSTRUCTIONS, [False, True]).row(i)[schema.STEP] for i in (1, 2)] == [0, 1]
     assert set(row) >= {schema.ACTION, schema.INSTRUCTION, schema.PREVIOUS_INSTRUCTION, schema.NEXT_KEYFRAME}
 
 

@@ -237,6 +237,7 @@ def _columns(found: Sequence[FoundKeyframes], labels: Sequence[Labels]) -> dict[
         schema.PREVIOUS_INSTRUCTION: np.array(
             [text for part in labels for text in part.previous_instruction], dtype=object
         ),
+        schema.STEP: np.concatenate([part.keyframe_index for part in labels]).astype(np.float32),
         schema.IS_KEYFRAME: np.concatenate([part.is_keyframe for part in labels]),
         schema.KEYFRAME_INDEX: np.concatenate([part.keyframe_index for part in labels]),
         schema.NEXT_KEYFRAME: np.concatenate([part.next_frame for part in labels]),

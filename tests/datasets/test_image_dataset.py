@@ -20,6 +20,7 @@ def frames(count: int, task: str = "lift the red ball") -> list[dict[str, object
             schema.ACTION: fake_action(np.array([0.4, 0.0, 0.1 * index]), gripper_open=True),
             schema.INSTRUCTION: f"grasp ball {index}",
             schema.PREVIOUS_INSTRUCTION: "",
+            schema.STEP: np.zeros(1, dtype=np.float32),
             schema.IS_KEYFRAME: np.array([index == count - 1]),
             schema.KEYFRAME_INDEX: np.array([0]),
             schema.NEXT_KEYFRAME: np.array([count - 1]),

@@ -27,7 +27,8 @@ def test_experts_actions_solve_an_episode(env: LlakeySimEnv) -> None:
     observation, info = env.reset(seed=0)
     assert env.observation_space.contains(observation) and not info["is_success"]
     assert schema.decode_text(observation["oracle_instruction"]) == env.oracle_instruction()
-    for _ in range(10):
+    for taken in range(10):
+        assert observation["step"] == taken
         observation, reward, terminated, truncated, info = env.step(_expert_action(env))
         assert info["moved"] and not truncated
         if terminated:
