@@ -18,6 +18,11 @@ def xyzw(quaternion_wxyz: np.ndarray) -> np.ndarray:
     return np.roll(quaternion_wxyz, -1)
 
 
+def about_z(angle: float) -> tuple[float, float, float, float]:
+    """MuJoCo's quaternion (w, x, y, z) of a turn about z in radians."""
+    return float(np.cos(angle / 2)), 0.0, 0.0, float(np.sin(angle / 2))
+
+
 def body_pose(data: mujoco.MjData, body: int) -> Pose:
     """Pose of a body's frame in the base frame."""
     return Pose(data.xpos[body], xyzw(data.xquat[body]))

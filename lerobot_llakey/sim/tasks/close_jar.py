@@ -10,9 +10,9 @@ import numpy as np
 from lerobot_llakey.geometry import Pose, top_down
 from lerobot_llakey.instructions import instruct
 from lerobot_llakey.sim.colours import COLOUR_NAMES, COLOURS
-from lerobot_llakey.sim.robot import ARM_CONTYPE
+from lerobot_llakey.sim.objects.jar import JAR_PARTS, JAR_TOP, LID_DEPTH, add_jar, add_jar_tip, add_lid
 from lerobot_llakey.sim.tasks.base import Task, Waypoint
-from lerobot_llakey.sim.thread import FIRM, THREAD_BIT, Thread
+from lerobot_llakey.sim.thread import Thread
 from lerobot_llakey.sim.world import World
 
 _WORDINGS = (
@@ -22,16 +22,8 @@ _WORDINGS = (
     "pick up the lid from the table and put it on the {} jar",
 )
 _JARS = ("jar", "other_jar")
-_JAR_RADIUS, _JAR_HEIGHT = 0.046, 0.072
-_NECK_RADIUS, _NECK_TOP, _TIP_RADIUS, _TIP_TOP = 0.0205, 0.096, 0.010, 0.107
-"""Above the body comes a straight neck, then a cone that guides a lid set down up to a centimetre beside it."""
-_LID_RADIUS, _LID_BORE, _LID_DEPTH, _LID_HEIGHT = 0.027, 0.022, 0.030, 0.036
-_LID_ROUND = 0.030
-"""Radius in metres on which a fallen lid rolls upright."""
-_UNTOUCHED = {"contype": 0, "conaffinity": 0}
-_LID_COLOUR = (0.38, 0.39, 0.42, 1.0)
 _TRAVEL, _ANGLE = 0.008, np.deg2rad(105)
-_ENTRY = _TIP_TOP + 0.001 + _TRAVEL - _LID_DEPTH
+_ENTRY = JAR_TOP + 0.001 + _TRAVEL - LID_DEPTH
 """Height of the lid's rim above the table on the first turn of the thread."""
 _CLOSED = np.deg2rad(75)
 """Radians of turn that count as closed."""
@@ -66,10 +58,10 @@ class CloseJar(Task):
         self.thread = self.threads[0]
 
     def build(self, spec: mujoco.MjSpec) -> None:
-        spec.add_mesh(name="jar_tip", uservert=_cone(_NECK_RADIUS, _TIP_RADIUS, _TIP_TOP - _NECK_TOP).ravel())
+        add_jar_tip(spec)
         for jar, thread in zip(_JARS, self.threads, strict=True):
-            thread.add(spec, _add_jar(spec, jar), (0, 0, _ENTRY), _LID_DEPTH)
-        _add_lid(spec)
+            thread.add(spec, add_jar(spec, jar), (0, 0, _ENTRY), LID_DEPTH)
+        add_lid(spec, _YAW)
 
     def reset(self, world: World, variation: int) -> None:
         rng = world.rng
@@ -79,7 +71,7 @@ class CloseJar(Task):
         for body, spot in zip((*_JARS, "lid"), _spots(rng), strict=True):
             world.place(body, Pose(np.array((*spot, 0.0))))
         for jar, colour in zip(_JARS, (self.colour, self.other_colour), strict=True):
-            for part in ("body", "shoulder", "neck", "tip"):
+            for part in JAR_PARTS:
                 world.paint(f"{jar}_{part}", COLOURS[colour])
 
     def before_step(self, world: World) -> None:
@@ -196,93 +188,3 @@ def _spots(rng: np.random.Generator) -> np.ndarray:
         if (gaps > (_JAR_GAP, _LID_GAP, _LID_GAP)).all() and reach.min() > _REACH[0] and reach.max() < _REACH[1]:
             return spots
     return rng.permutation(np.array(_SPOTS))
-
-
-def _cone(bottom: float, top: float, height: float, sides: int = 24) -> np.ndarray:
-    """(2 * sides, 3) corners of a truncated cone that stands on the origin."""
-    angles = np.linspace(0, 2 * np.pi, sides, endpoint=False)
-    ring = np.column_stack((np.cos(angles), np.sin(angles), np.zeros(sides)))
-    return np.concatenate((bottom * ring, top * ring + (0, 0, height)))
-
-
-def _about_z(angle: float) -> tuple[float, float, float, float]:
-    """MuJoCo's quaternion (wxyz) of a turn about z."""
-    return float(np.cos(angle / 2)), 0.0, 0.0, float(np.sin(angle / 2))
-
-
-def _add_jar(spec: mujoco.MjSpec, name: str) -> mujoco.MjsBody:
-    cylinder = mujoco.mjtGeom.mjGEOM_CYLINDER
-    jar = spec.worldbody.add_body(name=name)
-    for axis, direction in (("x", (1, 0, 0)), ("y", (0, 1, 0))):
-        jar.add_joint(
-            name=f"{name}_{axis}", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=direction, damping=20.0, frictionloss=5.0
-        )
-    # A millimetre above the table: its weight and friction are in the sliding joints.
-    half = (_JAR_HEIGHT - 0.001) / 2
-    jar.add_geom(name=f"{name}_body", type=cylinder, size=(_JAR_RADIUS, half, 0), pos=(0, 0, 0.001 + half), mass=0.5)
-    shoulder = {"type": cylinder, "size": (_JAR_RADIUS - 0.009, 0.003, 0), "pos": (0, 0, _JAR_HEIGHT + 0.002)}
-    jar.add_geom(name=f"{name}_shoulder", mass=0.05, **shoulder)
-    guide = {"mass": 0.05, "contype": THREAD_BIT, "conaffinity": ARM_CONTYPE, "friction": (0.2, 0.005, 0.0001), **FIRM}
-    half = (_NECK_TOP - _JAR_HEIGHT) / 2
-    neck_pos = (0, 0, _JAR_HEIGHT + half)
-    jar.add_geom(name=f"{name}_neck", type=cylinder, size=(_NECK_RADIUS, half, 0), pos=neck_pos, **guide)
-    jar.add_geom(
-        name=f"{name}_tip", type=mujoco.mjtGeom.mjGEOM_MESH, meshname="jar_tip", pos=(0, 0, _NECK_TOP), **guide
-    )
-    return jar
-
-
-def _add_lid(spec: mujoco.MjSpec) -> None:
-    """A cap: a cylinder to the table, an octagon to the fingers (flat faces hold firmly), a hollow to the necks."""
-    cylinder = mujoco.mjtGeom.mjGEOM_CYLINDER
-    lid = spec.worldbody.add_body(name="lid")
-    lid.add_freejoint(name="lid")
-    half = _LID_HEIGHT / 2
-    lid.add_geom(
-        type=cylinder,
-        size=(_LID_RADIUS, half, 0),
-        pos=(0, 0, half),
-        rgba=_LID_COLOUR,
-        mass=0.01,
-        contype=0,
-        conaffinity=1,
-        condim=6,
-        friction=(0.8, 0.005, 0.002),
-    )
-    # Heavy below and round to the table: a lid that falls on its side rights itself.
-    lid.add_geom(type=cylinder, size=(_LID_RADIUS, 0.002, 0), pos=(0, 0, 0.003), mass=0.09, group=4, **_UNTOUCHED)
-    lid.add_geom(
-        type=mujoco.mjtGeom.mjGEOM_SPHERE,
-        size=(_LID_ROUND, 0, 0),
-        pos=(0, 0, _LID_ROUND),
-        mass=0.001,
-        contype=0,
-        conaffinity=1,
-        group=4,
-        friction=(0.8, 0.005, 0.0001),
-    )
-    for angle in _YAW + np.arange(4) * np.pi / 4:
-        face = _LID_RADIUS - 0.001
-        lid.add_geom(
-            type=mujoco.mjtGeom.mjGEOM_BOX,
-            size=(face, face * np.tan(np.pi / 8), half),
-            pos=(0, 0, half),
-            quat=_about_z(angle),
-            mass=0.001,
-            contype=0,
-            conaffinity=ARM_CONTYPE,
-            group=4,
-        )
-    smooth = (0.2, 0.005, 0.0001)
-    inside = {"mass": 0.001, "contype": 0, "conaffinity": THREAD_BIT, "group": 4, "friction": smooth, **FIRM}
-    thickness = (_LID_HEIGHT - _LID_DEPTH) / 2
-    lid.add_geom(type=cylinder, size=(_LID_RADIUS, thickness, 0), pos=(0, 0, _LID_DEPTH + thickness), **inside)
-    wall, middle = (_LID_RADIUS - _LID_BORE) / 2, (_LID_RADIUS + _LID_BORE) / 2
-    for angle in np.arange(8) * np.pi / 4:
-        lid.add_geom(
-            type=mujoco.mjtGeom.mjGEOM_BOX,
-            size=(wall, 0.0115, _LID_DEPTH / 2),
-            pos=(middle * np.cos(angle), middle * np.sin(angle), _LID_DEPTH / 2),
-            quat=_about_z(angle),
-            **inside,
-        )
