@@ -15,6 +15,17 @@ from scipy.spatial.transform import Rotation
 
 from lerobot_llakey.geometry import Pose, top_down
 from lerobot_llakey.instructions import instruct
+from lerobot_llakey.sim.objects.blocks import (
+    BLOCK,
+    PAD,
+    ROOF_HEIGHT,
+    SHELTER,
+    add_bay,
+    add_block,
+    add_frame,
+    add_pad,
+    add_shelter,
+)
 from lerobot_llakey.sim.tasks.base import Task, Waypoint
 
 if TYPE_CHECKING:
@@ -27,22 +38,6 @@ _VARIATIONS = (
     ("yellow", "blue", PULL_OUT),
     ("yellow", "green", PULL_OUT),
 )
-_COLOURS = {
-    "red": (0.85, 0.10, 0.10),
-    "yellow": (0.95, 0.85, 0.10),
-    "purple": (0.50, 0.10, 0.60),
-    "orange": (1.00, 0.50, 0.05),
-    "blue": (0.10, 0.25, 0.90),
-    "green": (0.10, 0.65, 0.20),
-}
-_STONE = (0.45, 0.47, 0.50, 1.0)
-_BLOCK = 0.02
-"""Half the edge of a block, metres."""
-_PAD = 0.034
-_HOLE, _RIM, _RIM_HEIGHT = 0.029, 0.006, 0.009
-"""Half the frame's opening, half its walls' thickness and half their height, metres."""
-_ROOF_EDGE, _ROOF_HEIGHT, _SHELTER = 0.005, 0.052, 0.05
-"""A shelter's roof begins this far behind its centre, at this height; half its width. Metres."""
 _HIGH, _APPROACH, _PULL, _FRONT = 0.12, 0.09, 0.11, 0.09
 _TOP_GRIP = 0.008
 """Metres above a block's centre where a hand from above takes it, so that the fingertips clear the frame."""
@@ -55,7 +50,7 @@ _NEAR, _ARRIVED, _PUT, _TURNED = 0.05, 0.03, 0.016, 0.35
 """How far (metres, and radians) a hand may be off and still be before its grasp, above its target or down on it: the
 next waypoint corrects the rest."""
 _COLUMNS = (-0.23, 0.0, 0.23)
-_REACH = {INSERT: 0.015, SLIDE: 0.02, PULL_OUT: _PAD}
+_REACH = {INSERT: 0.015, SLIDE: 0.02, PULL_OUT: PAD}
 """Metres by which a block may miss its target's centre."""
 _UNDER_ROOF = 0.012
 """Metres by which a slid block may fall short: one let fall in front of the roof falls short by 0.015 or more."""
@@ -69,33 +64,13 @@ class MoveBlock(Task):
     sequences: ClassVar[int] = 3
 
     def build(self, spec: mujoco.MjSpec) -> None:
-        world = spec.worldbody
-        box = mujoco.mjtGeom.mjGEOM_BOX
         for colour in ("red", "yellow"):
-            block = world.add_body(name=f"{colour}_block", pos=(0, 0, 1))
-            block.add_freejoint()
-            block.add_geom(
-                type=box, size=(_BLOCK,) * 3, mass=0.1, friction=(0.6, 0.01, 0.0001), rgba=(*_COLOURS[colour], 1)
-            )
+            add_block(spec, colour)
         for colour in ("blue", "green"):
-            pad = world.add_body(name=f"{colour}_target")
-            pad.add_geom(type=box, size=(_PAD, _PAD, 0.002), pos=(0, 0, 0.002), rgba=(*_COLOURS[colour], 1))
-        frame = world.add_body(name="purple_target")
-        for x, y in ((1, 0), (-1, 0), (0, 1), (0, -1)):
-            along = _HOLE + 2 * _RIM
-            frame.add_geom(
-                type=box,
-                size=(_RIM if x else along, _RIM if y else along, _RIM_HEIGHT),
-                pos=(x * (_HOLE + _RIM), y * (_HOLE + _RIM), _RIM_HEIGHT),
-                rgba=(*_COLOURS["purple"], 1),
-            )
-        bay = world.add_body(name="orange_target")
-        # Flush with the table: a block slides onto it without a step.
-        bay.add_geom(
-            type=box, size=(_PAD, _PAD, 0.001), pos=(0, 0, 0), rgba=(*_COLOURS["orange"], 1), contype=0, conaffinity=0
-        )
-        _add_shelter(bay)
-        _add_shelter(world.add_body(name="shelter"))
+            add_pad(spec, colour)
+        add_frame(spec, "purple")
+        add_bay(spec, "orange")
+        add_shelter(spec.worldbody.add_body(name="shelter"))
 
     def reset(self, world: World, variation: int) -> None:
         self.variation = variation
@@ -120,7 +95,7 @@ class MoveBlock(Task):
         return bool(
             np.abs(offset[:2]).max() < _REACH[self.sequence]
             and (self.sequence != SLIDE or offset[0] > -_UNDER_ROOF)
-            and offset[2] < 1.5 * _BLOCK
+            and offset[2] < 1.5 * BLOCK
             and not world.holds(f"{self.block}_block")
         )
 
@@ -154,7 +129,7 @@ class MoveBlock(Task):
 
     @staticmethod
     def _place_block(world: World, colour: str, spot: tuple[float, float], yaw: float) -> None:
-        world.place(f"{colour}_block", Pose(np.array((*spot, _BLOCK)), Rotation.from_euler("z", yaw).as_quat()))
+        world.place(f"{colour}_block", Pose(np.array((*spot, BLOCK)), Rotation.from_euler("z", yaw).as_quat()))
 
     def _block_pose(self, world: World) -> tuple[np.ndarray, float]:
         """Centre of the block, and its heading within an eighth of a turn: a cube looks the same every quarter."""
@@ -167,7 +142,7 @@ class MoveBlock(Task):
     def _inside(self, world: World) -> bool:
         """Whether the block stands in its shelter, where no hand can take it from above."""
         offset = world.pose("shelter").inverse().apply(world.pose(f"{self.block}_block").position)
-        return bool(-0.05 < offset[0] < _SHELTER and abs(offset[1]) < _SHELTER and offset[2] < _ROOF_HEIGHT)
+        return bool(-0.05 < offset[0] < SHELTER and abs(offset[1]) < SHELTER and offset[2] < ROOF_HEIGHT)
 
     def _take(self, world: World, grasp: Pose, before: Pose, side: str) -> list[Waypoint]:
         distance, angle = world.tool.distance(before)
@@ -185,17 +160,17 @@ class MoveBlock(Task):
     def _take_from_behind(self, world: World, side: str) -> list[Waypoint]:
         position, yaw = self._block_pose(world)
         bay = world.pose("shelter" if self.sequence == PULL_OUT else "orange_target").position
-        if abs(position[1] - bay[1]) < _SHELTER and position[0] < bay[0] + _SHELTER:
+        if abs(position[1] - bay[1]) < SHELTER and position[0] < bay[0] + SHELTER:
             # A block pushed deeper under the roof is taken by its front edge; one that is turned, which the hand cannot
             # follow under the roof, is straightened by the fingers.
-            yaw = 0.0 if position[0] > bay[0] - _SHELTER else yaw
+            yaw = 0.0 if position[0] > bay[0] - SHELTER else yaw
             position = np.array((min(position[0], bay[0] + _DEEPEST_GRIP), *position[1:]))
         grasp = Pose(position + Rotation.from_euler("z", yaw).apply(_BACK_GRIP), _leaning_back(yaw))
         return self._take(world, grasp, grasp.advanced(-_APPROACH), side)
 
     def _carry_low(self, world: World) -> list[Waypoint]:
         goal = Pose(
-            world.pose(f"{self.target}_target").position + _BACK_GRIP + (0.0, 0.0, _BLOCK + 0.001), _leaning_back(0.0)
+            world.pose(f"{self.target}_target").position + _BACK_GRIP + (0.0, 0.0, BLOCK + 0.001), _leaning_back(0.0)
         )
         slide = Waypoint(goal, False, True, instruct("slide", self._thing, self._goal))
         forward, sideways, _ = world.tool.position - goal.position
@@ -206,7 +181,7 @@ class MoveBlock(Task):
         return self._unless_there(world, slide)
 
     def _pull_out(self, world: World) -> list[Waypoint]:
-        goal = world.pose("shelter").shifted(x=-_PULL).position + _BACK_GRIP + (0.0, 0.0, _BLOCK + 0.001)
+        goal = world.pose("shelter").shifted(x=-_PULL).position + _BACK_GRIP + (0.0, 0.0, BLOCK + 0.001)
         pull = Waypoint(Pose(goal, _leaning_back(0.0)), False, True, instruct("pull_out", self._thing))
         return [pull, _raised(pull.pose), *self._put(world, pull.pose)]
 
@@ -235,14 +210,14 @@ class MoveBlock(Task):
         """Where the tool belongs above the target, held as it is: from above, or leaning back."""
         target = world.pose(f"{self.target}_target")
         if self._leans(tool):
-            return Pose(target.position + _BACK_GRIP * (1, 1, 0) + (0, 0, _HIGH + _BLOCK), _leaning_back(0.0))
+            return Pose(target.position + _BACK_GRIP * (1, 1, 0) + (0, 0, _HIGH + BLOCK), _leaning_back(0.0))
         yaw = float(target.rotation.as_euler("zyx")[0])
-        return Pose(target.position + (0, 0, _HIGH + _BLOCK), top_down(yaw))
+        return Pose(target.position + (0, 0, _HIGH + BLOCK), top_down(yaw))
 
     def _low(self, tool: Pose) -> float:
         """Height of the tool when the block in it stands on the target, a few millimetres to spare."""
         floor = 0.004 if self.sequence == INSERT else 0.007
-        return floor + _BLOCK + (_BACK_GRIP[2] if self._leans(tool) else _TOP_GRIP)
+        return floor + BLOCK + (_BACK_GRIP[2] if self._leans(tool) else _TOP_GRIP)
 
     @staticmethod
     def _leans(tool: Pose) -> bool:
@@ -263,19 +238,3 @@ def _leaning_back(yaw: float) -> np.ndarray:
     """Quaternion of a hand above and behind what it takes, heading along ``yaw``."""
     hand = Rotation.from_euler("y", _TILT) * Rotation.from_quat((1.0, 0.0, 0.0, 0.0))
     return (Rotation.from_euler("z", yaw) * hand).as_quat()
-
-
-def _add_shelter(body: mujoco.MjsBody) -> None:
-    """A roof on three walls, open towards the robot (-x), over the rear part of a block at the body's origin."""
-    box = mujoco.mjtGeom.mjGEOM_BOX
-    wall, height = 0.004, _ROOF_HEIGHT / 2
-    middle, depth = (_ROOF_EDGE + _SHELTER) / 2, (_SHELTER - _ROOF_EDGE) / 2
-    body.add_geom(type=box, size=(depth, _SHELTER, 0.002), pos=(middle, 0, _ROOF_HEIGHT + 0.002), rgba=_STONE)
-    body.add_geom(type=box, size=(wall, _SHELTER, height), pos=(_SHELTER - wall, 0, height), rgba=_STONE)
-    for side in (-1, 1):
-        body.add_geom(
-            type=box,
-            size=(depth / 2, wall, height),
-            pos=(middle + depth / 2, side * (_SHELTER - wall), height),
-            rgba=_STONE,
-        )
