@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import torch
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 from torch import Tensor
 
@@ -55,7 +56,7 @@ class Pose:
         inverse = self.rotation.inv()
         return Pose(-inverse.apply(self.position), inverse.as_quat())
 
-    def apply(self, points: np.ndarray) -> np.ndarray:
+    def apply(self, points: ArrayLike) -> np.ndarray:
         """Local points (..., 3) in the base frame."""
         return self.rotation.apply(points) + self.position
 

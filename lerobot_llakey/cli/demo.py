@@ -1,6 +1,7 @@
 """``llakey demo``: watch a trained policy do the tasks: a table of successes, and videos.
 
 llakey demo --policy_path=checkpoints/llakey_small --task=open_drawer,close_jar,move_block --output_dir=outputs/demo
+llakey demo --policy_path=expert --task=all --disturbance=drop
 """
 
 from collections.abc import Iterator
@@ -17,13 +18,14 @@ from tqdm import tqdm
 from lerobot_llakey.cli.errors import one_sentence
 from lerobot_llakey.cli.output import write_results
 from lerobot_llakey.evaluation.overlay import annotate_frame
-from lerobot_llakey.evaluation.rollout import Agent, Episode, run_episode
+from lerobot_llakey.evaluation.rollout import Actor, Agent, Episode, Expert, run_episode
 from lerobot_llakey.evaluation.tables import success_table
 from lerobot_llakey.sim.env import LlakeySimEnv
 from lerobot_llakey.sim.tasks import parse_tasks
 
 _VIDEO_FPS = 20
 _HOLD_FRAMES = 20
+_EXPERT = "expert"
 
 
 @dataclass
@@ -31,12 +33,13 @@ class DemoConfig:
     """Options of ``llakey demo``.
 
     Attributes:
-        policy_path: checkpoint folder or Hub name.
+        policy_path: checkpoint folder or Hub name, or expert for the scripted demonstrators.
         task: task names separated by commas, or all.
         num_episodes: episodes of each task.
         num_videos: episodes of each task, the first ones, of which a video is made.
         first_seed: index of the first scene within the split.
         split: of the scene seeds: train, val or test.
+        disturbance: what disturbs each episode: drop, block, shift, empty_grasp or imprecise; nothing where empty.
         oracle: let the expert say the instructions, so that only the action policy is shown.
         detailed: show the robot's detailed meshes in the videos.
         num_workers: processes that run episodes at the same time.
@@ -49,6 +52,7 @@ class DemoConfig:
     num_videos: int = 1
     first_seed: int = 0
     split: str = "test"
+    disturbance: str = ""
     oracle: bool = False
     detailed: bool = True
     num_workers: int = 2
@@ -96,8 +100,10 @@ def _use_one_thread() -> None:
 _agents: dict[tuple[str, bool], Agent] = {}
 
 
-def _agent(config: DemoConfig) -> Agent:
-    """The policy, loaded once in each process."""
+def _agent(config: DemoConfig) -> Actor:
+    """Who acts; a policy is loaded once in each process."""
+    if config.policy_path == _EXPERT:
+        return Expert()
     key = (config.policy_path, config.oracle)
     if key not in _agents:
         _agents[key] = Agent.load(config.policy_path, config.oracle)
@@ -106,7 +112,13 @@ def _agent(config: DemoConfig) -> Agent:
 
 def _episode(config: DemoConfig, task: str, index: int) -> Episode:
     filmed = index < config.num_videos
-    env = LlakeySimEnv(task, config.split, oracle_instructions=config.oracle, detailed=filmed and config.detailed)
+    env = LlakeySimEnv(
+        task,
+        config.split,
+        oracle_instructions=config.oracle,
+        detailed=filmed and config.detailed,
+        disturbance=config.disturbance,
+    )
     frames: list[np.ndarray] = []
     words = {"instruction": ""}
     if filmed:

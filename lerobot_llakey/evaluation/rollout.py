@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import torch
@@ -17,6 +17,8 @@ from lerobot.policies.pretrained import PreTrainedPolicy
 from lerobot_llakey import schema
 from lerobot_llakey.sim.configuration_llakey_sim import LlakeySimConfig
 from lerobot_llakey.sim.env import LlakeySimEnv
+from lerobot_llakey.sim.recorder import waypoint_action
+from lerobot_llakey.sim.tasks.base import Waypoint
 
 Processor = Callable[[Any], Any]
 
@@ -44,6 +46,29 @@ class Episode:
     success: bool
     instructions: list[str] = field(default_factory=list)
     failures: list[str] = field(default_factory=list)
+
+
+class Actor(Protocol):
+    """Whoever acts in an episode."""
+
+    def reset(self) -> None:
+        """Forget the last episode."""
+
+    def act(self, env: LlakeySimEnv, observation: Mapping[str, Any]) -> tuple[np.ndarray, str]:
+        """Action (9,) for one unbatched observation of the environment, and the basic instruction behind it."""
+
+
+class Expert:
+    """The scripted demonstrator of the environment's task; once it sees nothing left to do it stays where it is."""
+
+    def reset(self) -> None:
+        """Nothing to forget: it looks at the present state alone."""
+
+    def act(self, env: LlakeySimEnv, observation: Mapping[str, Any]) -> tuple[np.ndarray, str]:
+        """The next waypoint of the task's plan."""
+        waypoints = env.world.task.plan(env.world)
+        waypoint = waypoints[0] if waypoints else Waypoint(env.world.tool, not env.world.gripper_closed, True, "")
+        return waypoint_action(waypoint), waypoint.instruction
 
 
 @dataclass(frozen=True)
@@ -85,11 +110,15 @@ class Agent:
         )
         return Agent(policy.eval(), preprocessor, postprocessor)
 
-    def act(self, observation: Mapping[str, Any], task: str) -> tuple[np.ndarray, str]:
+    def reset(self) -> None:
+        """Forget the last episode."""
+        self.policy.reset()
+
+    def act(self, env: LlakeySimEnv, observation: Mapping[str, Any]) -> tuple[np.ndarray, str]:
         """Action (9,) for one unbatched observation of the environment, and the basic instruction behind it."""
         arrays = {key: _with_batch(value) for key, value in observation.items()}
         batch: dict[str, Any] = preprocess_observation(arrays)
-        batch[schema.TASK] = [task]
+        batch[schema.TASK] = [env.task_description]
         with torch.inference_mode():
             action = self.postprocessor(self.policy.select_action(self.preprocessor(batch)))
         instructions = getattr(self.policy, "last_instructions", None) or [""]
@@ -97,7 +126,7 @@ class Agent:
 
 
 def run_episode(
-    env: LlakeySimEnv, agent: Agent, seed: int, on_instruction: Callable[[str], None] | None = None
+    env: LlakeySimEnv, agent: Actor, seed: int, on_instruction: Callable[[str], None] | None = None
 ) -> Episode:
     """Run one episode.
 
@@ -107,13 +136,13 @@ def run_episode(
         seed: index of the scene within the environment's split.
         on_instruction: told each basic instruction before it is acted on.
     """
-    agent.policy.reset()
+    agent.reset()
     observation, info = env.reset(seed=seed)
     instructions: list[str] = []
     failures: list[str] = []
     over = False
     while not over:
-        action, instruction = agent.act(observation, env.task_description)
+        action, instruction = agent.act(env, observation)
         if on_instruction is not None:
             on_instruction(instruction)
         observation, _, terminated, truncated, info = env.step(action)

@@ -2,7 +2,6 @@
 
 import json
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -15,10 +14,10 @@ from lerobot_llakey.cli.demo import DemoConfig, run
 class _Stays:
     """An agent that never moves; what it would do is not the demo's concern."""
 
-    def __init__(self) -> None:
-        self.policy = SimpleNamespace(reset=lambda: None)
+    def reset(self) -> None:
+        pass
 
-    def act(self, observation: dict[str, Any], task: str) -> tuple[np.ndarray, str]:
+    def act(self, env: Any, observation: dict[str, Any]) -> tuple[np.ndarray, str]:
         tool = observation["agent_pos"][:7]
         return np.concatenate((tool, (1.0, 1.0))), "raise the robotic arm"
 
@@ -34,6 +33,21 @@ def test_videos_and_results_are_written(tmp_path: Path, monkeypatch: pytest.Monk
     videos = list((tmp_path / "videos").iterdir())
     assert [video.name for video in videos] == ["open_drawer_000_failure.mp4"]
     assert videos[0].stat().st_size > 1000
+
+
+def test_the_expert_can_be_watched_recovering(tmp_path: Path) -> None:
+    config = DemoConfig(
+        policy_path="expert",
+        task="open_drawer",
+        disturbance="empty_grasp",
+        num_episodes=1,
+        num_videos=0,
+        num_workers=1,
+        output_dir=tmp_path,
+    )
+    (episode,) = run(config)
+    verbs = [text.split()[0] for text in episode.instructions]
+    assert episode.success and verbs[:4] == ["move", "grasp", "move", "grasp"]
 
 
 def _short(task: str, split: str, **settings: Any) -> Any:
