@@ -70,7 +70,8 @@ def extrude(polygon: ArrayLike, height: float) -> tuple[np.ndarray, np.ndarray]:
         )
     count = len(outline)
     lower = np.column_stack((outline, np.zeros(count)))
-    vertices = np.concatenate((lower, lower + (0, 0, height), [[0, 0, 0], [0, 0, height]]))
+    caps = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, height]])
+    vertices = np.concatenate((lower, lower + (0, 0, height), caps))
     first, second = np.arange(count), np.roll(np.arange(count), -1)
     bottom, top = np.full(count, 2 * count), np.full(count, 2 * count + 1)
     faces = (
