@@ -1,4 +1,4 @@
-"""A tumbler: round to the eye, twelve walls and a bottom to the physics."""
+"""A tumbler: round to the eye; to the physics upright bars around flat staves, and a bottom."""
 
 from __future__ import annotations
 
@@ -7,32 +7,52 @@ import numpy as np
 
 from lerobot_llakey.sim.meshes import add_mesh, revolve
 
-CUP_RADIUS, CUP_HEIGHT, CUP_WALL = 0.032, 0.115, 0.0045
+CUP_RADIUS, CUP_HEIGHT, CUP_WALL = 0.031, 0.115, 0.005
 """Outside measures and the wall's thickness, metres."""
-_BOTTOM, _WALLS, _FEET, _FOOT = 0.006, 12, 4, 0.00225
+_BOTTOM, _BARS, _STAVES, _FEET = 0.006, 20, 12, 4
 _INSIDE = (0.20, 0.17, 0.17, 1.0)
 """The inside is dark, so that an opening shows in a small picture."""
-_STILL = {"condim": 6, "friction": (0.8, 0.01, 0.005)}
-"""A cup on its side does not roll away."""
+_FRICTION = (0.8, 0.01, 0.001)
+"""A cup on its side soon stops rolling; more friction would let a tilted one stand on its edge."""
 
 
 def add_cup(spec: mujoco.MjSpec, name: str, colour: tuple[float, float, float]) -> mujoco.MjsBody:
     """Add a free cup; its origin is the middle of its bottom, z points to its opening.
 
-    It stands on four feet, at the bottom as at the rim: a few contacts are faster and steadier than rings of them.
+    Outside, the wall is a ring of capsules: a soft fingertip that presses on the seam of two boxes would be held there,
+    a capsule only ever pushes it away. Inside it is a ring of boxes: the corners of a fingertip would catch between
+    capsules. A cup stands on four feet, at the bottom as at the rim: a few contacts are faster and steadier than rings
+    of them.
     """
     cup = spec.worldbody.add_body(name=name, pos=(0, 0, 1))
     cup.add_freejoint()
     _add_looks(spec, cup, name, colour)
-    hidden = {"group": 4, **_STILL}
-    middle = CUP_RADIUS - CUP_WALL / 2
-    for angle in np.arange(_WALLS) * 2 * np.pi / _WALLS:
+    hidden = {"group": 4, "friction": _FRICTION}
+    bar = CUP_WALL / 2
+    angles = np.arange(_BARS) * 2 * np.pi / _BARS
+    for number, (x, y) in enumerate((CUP_RADIUS - bar) * np.column_stack((np.cos(angles), np.sin(angles)))):
+        cup.add_geom(
+            type=mujoco.mjtGeom.mjGEOM_CAPSULE,
+            size=(bar, CUP_HEIGHT / 2 - 0.001 - bar, 0),
+            pos=(x, y, CUP_HEIGHT / 2),
+            mass=0.003,
+            condim=6,
+            **hidden,
+        )
+        if number % (_BARS // _FEET) == 0:
+            for height in (bar, CUP_HEIGHT - bar):
+                cup.add_geom(
+                    type=mujoco.mjtGeom.mjGEOM_SPHERE, size=(bar, 0, 0), pos=(x, y, height), mass=0.001, **hidden
+                )
+    outer, inner = CUP_RADIUS - bar, CUP_RADIUS - CUP_WALL - 0.0005
+    for angle in np.arange(_STAVES) * 2 * np.pi / _STAVES:
+        middle = (outer + inner) / 2
         cup.add_geom(
             type=mujoco.mjtGeom.mjGEOM_BOX,
-            size=(CUP_WALL / 2, CUP_RADIUS * np.tan(np.pi / _WALLS), CUP_HEIGHT / 2 - 0.001),
+            size=((outer - inner) / 2, middle * np.tan(np.pi / _STAVES), CUP_HEIGHT / 2 - 0.002),
             pos=(middle * np.cos(angle), middle * np.sin(angle), CUP_HEIGHT / 2),
             quat=(np.cos(angle / 2), 0, 0, np.sin(angle / 2)),
-            mass=0.007,
+            mass=0.002,
             **hidden,
         )
     half = (_BOTTOM - 0.001) / 2
@@ -43,25 +63,15 @@ def add_cup(spec: mujoco.MjSpec, name: str, colour: tuple[float, float, float]) 
         mass=0.02,
         **hidden,
     )
-    for angle in np.arange(_FEET) * 2 * np.pi / _FEET + np.pi / _WALLS:
-        for height in (_FOOT, CUP_HEIGHT - _FOOT):
-            cup.add_geom(
-                type=mujoco.mjtGeom.mjGEOM_SPHERE,
-                size=(_FOOT, 0, 0),
-                pos=(middle * np.cos(angle), middle * np.sin(angle), height),
-                mass=0.001,
-                group=4,
-                friction=(0.8, 0.01, 0.0001),
-            )
     return cup
 
 
 def _add_looks(spec: mujoco.MjSpec, cup: mujoco.MjsBody, name: str, colour: tuple[float, float, float]) -> None:
     inner = CUP_RADIUS - CUP_WALL
     outline = ((0, 0), (CUP_RADIUS, 0), (CUP_RADIUS, CUP_HEIGHT), (inner, CUP_HEIGHT), (inner, _BOTTOM), (0, _BOTTOM))
-    skin, brim = inner - 0.0008, CUP_HEIGHT - 0.004
-    lining = ((0, _BOTTOM), (inner, _BOTTOM), (inner, brim), (skin, brim), (skin, _BOTTOM + 0.0008), (0, _BOTTOM + 0.0008))
-    for part, profile, rgba in (("cup", outline, (*colour, 1.0)), ("lining", lining, _INSIDE)):
+    skin, floor, brim = inner - 0.0008, _BOTTOM + 0.0008, CUP_HEIGHT - 0.004
+    lining = ((0, _BOTTOM), (inner, _BOTTOM), (inner, brim), (skin, brim), (skin, floor), (0, floor))
+    for part, profile, rgba in (("outside", outline, (*colour, 1.0)), ("inside", lining, _INSIDE)):
         cup.add_geom(
             type=mujoco.mjtGeom.mjGEOM_MESH,
             meshname=add_mesh(spec, f"{name}_{part}", *revolve(profile, 24)),

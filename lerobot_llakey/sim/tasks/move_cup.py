@@ -29,7 +29,7 @@ _TARGETS = {"blue": (0.10, 0.25, 0.90), "green": (0.10, 0.65, 0.20), "yellow": (
 _PAD = 0.05
 _LANES, _PADS = (0.365, 0.52, 0.675), (0.37, 0.505, 0.64)
 """Metres in front of the robot: shelters and the cup in the open, and the targets."""
-_FRONT, _SPOT, _PAD_Y = (0.20, 0.25), (0.08, 0.19), (-0.10, -0.04)
+_FRONT, _SPOT, _PAD_Y = (0.21, 0.26), (0.04, 0.11), (-0.11, -0.05)
 """Metres to the robot's left: the shelters' front edges, the cup in the open, and the targets."""
 _INSIDE = 0.02
 """Metres from a shelter's front edge to the axis of the cup in it, half of which stands out."""
@@ -39,9 +39,11 @@ _LEFTWARDS = Rotation.from_matrix(np.array(((0, -1, 0), (0, 0, 1), (-1, 0, 0)), 
 """A level hand that points to the robot's left, its x axis down: from there joint 7 can turn it by 180 degrees."""
 _GRIP, _RIM_GRIP = 0.0595, 0.013
 """Height of a level hand that grips a cup by its sides, and how far below the rim a hand from above clamps it."""
-_BEHIND, _HIGHER, _ABOVE = 0.10, 0.035, 0.10
-_HIGH, _CARRY, _PULL = 0.23, 0.12, 0.09
+_BEHIND, _HIGHER, _ABOVE = 0.08, 0.035, 0.10
+_HIGH, _CARRY, _PULL = 0.23, 0.12, 0.125
 """Height of the hand that turns a cup over, of the bottom of a cup on the way, and metres to pull out of a shelter."""
+_SHORT = 0.003
+"""Metres by which a level hand stops short of a cup's axis: the palm is close behind the cup."""
 _DROP = 0.004
 """A cup is let go this far above the target."""
 _LEAD = np.deg2rad(25)
@@ -142,12 +144,16 @@ class MoveCup(Task):
         if abs(up[2]) < 0.7:
             grasp = Pose(middle, top_down(_lying_yaw(up)))
             before, side = grasp.shifted(z=_ABOVE), "top"
-        elif up[2] > 0 and self._shelter(world, cup, 0.09) is None:
-            rim = (cup.position[0], cup.position[1] - CUP_RADIUS + CUP_WALL / 2, cup.position[2] + CUP_HEIGHT - _RIM_GRIP)
+        elif up[2] > 0.93 and self._shelter(world, cup, 0.09) is None:
+            rim = (
+                cup.position[0],
+                cup.position[1] - CUP_RADIUS + CUP_WALL / 2,
+                cup.position[2] + CUP_HEIGHT - _RIM_GRIP,
+            )
             grasp = Pose(np.array(rim), top_down())
             before, side = grasp.shifted(z=_ABOVE), "top"
         else:
-            grasp = Pose(middle * (1, 1, 0) + (0, 0, _GRIP), _LEFTWARDS.as_quat())
+            grasp = Pose(middle * (1, 1, 0) + (0, -_SHORT, _GRIP), _LEFTWARDS.as_quat())
             before, side = grasp.shifted(y=-_BEHIND, z=_HIGHER), "right side"
         distance, angle = world.tool.distance(before)
         waypoints = [
@@ -182,7 +188,9 @@ class MoveCup(Task):
             if low and along > -0.7:
                 slid = Waypoint(at(goal + (0, 0, 0.001)), False, True, instruct("slide", self._thing, self._goal))
                 return [slid, _release(slid.pose, self._thing)]
-            raised = Waypoint(Pose(tool.position * (1, 1, 0) + (0, 0, _HIGH), upright.as_quat()), False, True, instruct("raise"))
+            raised = Waypoint(
+                Pose(tool.position * (1, 1, 0) + (0, 0, _HIGH), upright.as_quat()), False, True, instruct("raise")
+            )
             return [raised, top, place, release] if low else [top, place, release]
         steps = []
         shelter = self._shelter(world, cup, 0.05)
@@ -197,7 +205,9 @@ class MoveCup(Task):
         high = Pose(tool.position * (1, 1, 0) + (0, 0, _HIGH), turning.as_quat())
         if low:
             steps.append(Waypoint(high, False, True, instruct("raise")))
-        rotated = Waypoint(Pose(high.position, upright.as_quat()), False, False, instruct("rotate", self._thing, "the upright pose"))
+        rotated = Waypoint(
+            Pose(high.position, upright.as_quat()), False, False, instruct("rotate", self._thing, "the upright pose")
+        )
         return [*steps, rotated, top, place, release]
 
 
