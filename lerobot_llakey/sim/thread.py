@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 import mujoco
 import numpy as np
 
+from lerobot_llakey.sim.mujoco_poses import body_pose
+
 if TYPE_CHECKING:
     from lerobot_llakey.sim.world import World
 
@@ -104,6 +106,15 @@ class Thread:
             solref=(0.01, 1),
             solimp=_STIFF,
         )
+
+    def start_in(self, world: World) -> None:
+        """Begin an episode with the part screwed in; call it in a task's reset, after the host is placed."""
+        data, ids = world.data, self._ids(world.model)
+        data.qpos[ids.qpos] = self.angle, self.travel
+        mujoco.mj_kinematics(world.model, data)
+        world.place(self.part, body_pose(data, ids.nut))
+        world.model.eq_data[ids.bite, 6:10] = (1.0, 0.0, 0.0, 0.0)
+        data.eq_active[ids.bite] = True
 
     def engaged(self, world: World) -> bool:
         """Whether the thread holds the part."""

@@ -77,3 +77,13 @@ def test_it_holds_against_a_pull_and_comes_free_when_turned_back(world: World) -
     assert not thread.engaged(world)
     world.motion.execute(before_turn.shifted(z=0.05), False, True)
     assert lid_height(world) - low > 0.04
+
+
+def test_a_part_can_begin_screwed_in(world: World) -> None:
+    world.reset(3)
+    thread = thread_of(world)
+    thread.start_in(world)
+    world.advance(0.5)
+    assert thread.engaged(world) and thread.turned(world) == pytest.approx(thread.angle, abs=0.05)
+    below = world.data.body("jar_nut").xpos - world.data.body("lid").xpos
+    assert np.abs(below).max() < 0.002

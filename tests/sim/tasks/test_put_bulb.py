@@ -1,0 +1,153 @@
+"""Bulbs go into their box, screwed ones by way of the thread."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from lerobot_llakey.geometry import Pose, top_down
+from lerobot_llakey.instructions import parse
+from lerobot_llakey.sim.expert import demonstrate
+from lerobot_llakey.sim.tasks.put_bulb import LOOSE, SCREWED, PutBulb
+from lerobot_llakey.sim.world import World
+
+COLOURS = ("red", "yellow", "blue", "green", "white")
+STAGES = {
+    SCREWED: ["move", "grasp", "screw_out", "raise", "move", "release"],
+    LOOSE: ["move", "grasp", "raise", "move", "release"],
+}
+RED_PURPLE, BLUE_PURPLE, WHITE_ORANGE = 0, 4, 9
+
+
+@pytest.fixture(scope="module")
+def world() -> World:
+    return World(PutBulb())
+
+
+def task_of(world: World) -> PutBulb:
+    assert isinstance(world.task, PutBulb)
+    return world.task
+
+
+def act(world: World, steps: int) -> None:
+    """Let the expert take some actions."""
+    for _, step in zip(range(steps), demonstrate(world), strict=False):
+        assert step.failure == ""
+
+
+def templates(world: World) -> list[str]:
+    """Let the expert finish, and tell what it did."""
+    steps = list(demonstrate(world))
+    assert steps[-1].success and world.task.plan(world) == []
+    return [parse(step.waypoint.instruction).template for step in steps]
+
+
+def take(world: World, bulb: str, yaw: float) -> None:
+    grasp = Pose(world.pose(bulb).position, top_down(yaw)).shifted(z=0.06)
+    world.motion.execute(grasp.shifted(z=0.1), True, True)
+    world.motion.execute(grasp, False, True)
+
+
+@pytest.mark.parametrize("variation", range(10))
+def test_expert_puts_each_bulb_in_each_box(world: World, variation: int) -> None:
+    world.reset(variation, variation)
+    colour, box = COLOURS[variation // 2], ("purple", "orange")[variation % 2]
+    assert world.task.description == f"put the {colour} light bulb in the {box} box"
+    assert world.task.sequence == (SCREWED if colour in ("red", "yellow") else LOOSE)
+    assert not world.task.success(world)
+    others = {other: world.pose(f"{other}_bulb") for other in COLOURS if other != colour}
+    planned = [parse(waypoint.instruction).template for waypoint in world.task.plan(world)]
+    assert templates(world) == planned == STAGES[world.task.sequence]
+    for other, before in others.items():
+        assert np.linalg.norm(world.pose(f"{other}_bulb").position - before.position) < 0.005
+
+
+def test_screwed_bulbs_stand_higher_and_nothing_overlaps(world: World) -> None:
+    for seed in range(10):
+        world.reset(seed)
+        poses = {colour: world.pose(f"{colour}_bulb") for colour in COLOURS}
+        heights = {colour: pose.position[2] for colour, pose in poses.items()}
+        assert all((heights[colour] > 0.015) == (colour in ("red", "yellow")) for colour in COLOURS)
+        assert all(pose.rotation.as_matrix()[2, 2] > 0.99 for pose in poses.values())
+        places = np.array([pose.position[:2] for pose in poses.values()])
+        gaps = np.linalg.norm(places[:, None] - places[None], axis=2)[np.triu_indices(5, 1)]
+        assert gaps.min() > 0.1
+        boxes = np.array([world.pose(f"{box}_box").position[:2] for box in ("purple", "orange")])
+        assert np.abs(boxes[0] - boxes[1]).max() > 0.139
+        assert np.abs(places[:, None] - boxes[None]).max(axis=2).min() > 0.09
+
+
+def test_a_screwed_bulb_cannot_be_pulled_out(world: World) -> None:
+    world.reset(0, RED_PURPLE)
+    act(world, 2)
+    assert world.holds("red_bulb")
+    height = world.pose("red_bulb").position[2]
+    world.motion.execute(world.tool.shifted(z=0.05), False, True)
+    assert world.pose("red_bulb").position[2] - height < 0.003
+    assert templates(world)[-3:] == ["raise", "move", "release"]
+
+
+def test_a_bulb_unscrewed_already_is_just_taken(world: World) -> None:
+    world.reset(1, RED_PURPLE)
+    act(world, 3)
+    world.motion.execute(world.tool, True, True)
+    assert world.pose("red_bulb").position[2] > 0.02
+    assert templates(world) == STAGES[LOOSE]
+
+
+def test_a_half_unscrewed_bulb_is_screwed_out(world: World) -> None:
+    world.reset(2, RED_PURPLE)
+    act(world, 2)
+    out = world.task.plan(world)[0].pose
+    world.motion.execute(Pose(out.position, top_down(0.0)), False, True)
+    world.motion.execute(world.tool, True, True)
+    assert templates(world) == STAGES[SCREWED]
+
+
+def test_only_the_asked_bulb_inside_the_asked_box_counts(world: World) -> None:
+    world.reset(3, BLUE_PURPLE)
+    purple, orange = (world.pose(f"{box}_box").position for box in ("purple", "orange"))
+    home = world.pose("blue_bulb")
+    for bulb, spot, done in (
+        ("green", purple, False),
+        ("blue", orange, False),
+        ("blue", purple + (0.02, 0.02, 0.0), True),
+        ("blue", purple + (0.0, 0.1, 0.0), False),
+    ):
+        world.place("blue_bulb", home)
+        world.place(f"{bulb}_bulb", Pose(spot + (0, 0, 0.006)))
+        world.place("green_bulb", Pose(np.array((0.3, 0.0, 0.0)))) if bulb == "blue" else None
+        world.advance(0.3)
+        assert world.task.success(world) == done, (bulb, spot)
+
+
+def test_a_bulb_above_its_box_in_the_hand_is_no_success(world: World) -> None:
+    world.reset(4, WHITE_ORANGE)
+    act(world, 4)
+    assert world.holds("white_bulb") and not world.task.success(world)
+    assert [parse(waypoint.instruction).template for waypoint in world.task.plan(world)] == ["release"]
+
+
+def test_expert_takes_a_bulb_out_of_the_wrong_box(world: World) -> None:
+    world.reset(5, BLUE_PURPLE)
+    spot = world.pose("orange_box").position + (0.03, 0.03, 0.02)
+    world.place("blue_bulb", Pose(spot, Rotation.from_euler("y", 0.6).as_quat()))
+    world.advance(1.0)
+    assert templates(world) == STAGES[LOOSE]
+
+
+def test_the_wrong_bulb_is_let_go(world: World) -> None:
+    world.reset(6, BLUE_PURPLE)
+    take(world, "green_bulb", np.deg2rad(55))
+    assert world.holds("green_bulb")
+    assert world.task.plan(world)[0].instruction == "release the green light bulb"
+    assert templates(world) == ["release", *STAGES[LOOSE]]
+
+
+@pytest.mark.parametrize(
+    ("kind", "variation"),
+    [("drop", WHITE_ORANGE), ("block", RED_PURPLE), ("shift", WHITE_ORANGE), ("empty_grasp", RED_PURPLE)],
+)
+def test_expert_recovers(world: World, kind: str, variation: int) -> None:
+    world.reset(7, variation, disturbance=kind)
+    assert list(demonstrate(world))[-1].success
+    assert world.disturbance is not None and world.disturbance.struck
