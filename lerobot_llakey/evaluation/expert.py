@@ -170,6 +170,7 @@ def table(summary: dict[str, dict[str, Any]]) -> str:
         "variations": lambda row: f"{row['variations_met']}/{row['variations']}",
         "sequences": lambda row: f"{row['sequences_met']}/{row['sequences']}",
         "actions": lambda row: f"{row['actions']:.1f}",
+        "no path": lambda row: str(sum(row["failures"].values())),
     }
     if any(row["struck"] for row in summary.values()):
         columns["struck"] = lambda row: str(row["struck"])

@@ -32,8 +32,18 @@ def test_the_summary_counts_shares_and_names_the_seeds_that_failed() -> None:
 
 def test_the_table_has_a_line_a_task() -> None:
     lines = table(summarise([trial(0), trial(1, success=False)])).splitlines()
-    assert lines[0].split() == ["task", "episodes", "success", "keyframes", "variations", "sequences", "actions"]
-    assert lines[1].split() == ["open_drawer", "2", "50.0%", "100.0%", "2/3", "1/1", "3.0"]
+    assert lines[0].split() == [
+        "task",
+        "episodes",
+        "success",
+        "keyframes",
+        "variations",
+        "sequences",
+        "actions",
+        "no",
+        "path",
+    ]
+    assert lines[1].split() == ["open_drawer", "2", "50.0%", "100.0%", "2/3", "1/1", "3.0", "1"]
 
 
 def test_an_unknown_split_is_refused() -> None:
