@@ -17,6 +17,7 @@ VERBS: dict[str, tuple[str, str]] = {
     "expert": ("lerobot_llakey.cli.expert", "how often the experts succeed, and whether their keyframes are found"),
     "contact-sheet": ("lerobot_llakey.cli.contact_sheet", "one page with a moment of every task, from every camera"),
     "stress": ("lerobot_llakey.cli.stress", "random legal actions in every task: whether the simulator stands them"),
+    "determinism": ("lerobot_llakey.cli.determinism", "whether a seed gives the same pixels and states everywhere"),
     "keysteps": ("lerobot_llakey.cli.keysteps", "draw the training samples from a dataset of demonstrations"),
     "compose": ("lerobot_llakey.cli.compose", "make one checkpoint of a trained command and a trained action policy"),
     "bench": ("lerobot_llakey.cli.bench", "how fast collecting, loading, training and deciding are here"),

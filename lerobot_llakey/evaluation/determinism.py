@@ -1,0 +1,102 @@
+"""Whether a seed fixes a scene to the last bit: in any process, in any run, in any kind of vector environment."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from typing import Any
+
+import numpy as np
+from tqdm import tqdm
+
+from lerobot_llakey.sim.configuration_llakey_sim import LlakeySimConfig
+from lerobot_llakey.sim.env import LlakeySimEnv
+from lerobot_llakey.sim.recorder import waypoint_action
+
+_ACTIONS = 3
+WAYS = ("here", "here again", "another process", "sync vector", "async vector")
+"""Where the same episode is run."""
+
+
+def determinism(tasks: Sequence[str], seed: int = 0, split: str = "val") -> dict[str, dict[str, str]]:
+    """Run the beginning of the same episode of each task in all WAYS.
+
+    Args:
+        tasks: their names.
+        seed: index into the split.
+        split: of the scene seeds.
+
+    Returns:
+        By task and way, a digest of all pictures, depths and states of the episode's first frames.
+    """
+    found: dict[str, dict[str, str]] = {}
+    for task in tqdm(tasks, desc="determinism", unit="task"):
+        actions, digest = expert_actions(task, seed, split)
+        found[task] = {"here": digest, "here again": digest_alone(task, seed, split, actions)}
+        with ProcessPoolExecutor(1, get_context("spawn")) as pool:
+            found[task]["another process"] = pool.submit(digest_alone, task, seed, split, actions).result()
+        for way, asynchronous in (("sync vector", False), ("async vector", True)):
+            found[task][way] = digest_in_vector(task, seed, split, actions, asynchronous)
+    return found
+
+
+def expert_actions(task: str, seed: int, split: str) -> tuple[np.ndarray, str]:
+    """The expert's first actions (N, 9) in an episode, and the digest of what was seen on the way."""
+    env = LlakeySimEnv(task, split)
+    digest = hashlib.sha256()
+    actions = []
+    observation, _ = env.reset(seed=seed)
+    _add(digest, observation)
+    for waypoint in _next_waypoints(env):
+        actions.append(waypoint)
+        observation, *_ = env.step(waypoint)
+        _add(digest, observation)
+    env.close()
+    return np.stack(actions), digest.hexdigest()
+
+
+def _next_waypoints(env: LlakeySimEnv) -> Iterator[np.ndarray]:
+    for _ in range(_ACTIONS):
+        yield waypoint_action(env.world.task.plan(env.world)[0])
+
+
+def digest_alone(task: str, seed: int, split: str, actions: np.ndarray) -> str:
+    """What actions (N, 9) show in an environment that has seen another episode before."""
+    env = LlakeySimEnv(task, split)
+    env.reset(seed=seed + 1)
+    env.step(actions[0])
+    digest = hashlib.sha256()
+    _add(digest, env.reset(seed=seed)[0])
+    for action in actions:
+        _add(digest, env.step(action)[0])
+    env.close()
+    return digest.hexdigest()
+
+
+def digest_in_vector(task: str, seed: int, split: str, actions: np.ndarray, asynchronous: bool) -> str:
+    """What actions (N, 9) show in the second row of a vector environment."""
+    vector = LlakeySimConfig(task=task, split=split).create_envs(2, use_async_envs=asynchronous)[task][0]
+    digest = hashlib.sha256()
+    _add(digest, _row(vector.reset(seed=[seed + 1, seed])[0], 1))
+    for action in actions:
+        _add(digest, _row(vector.step(np.stack((action, action)))[0], 1))
+    vector.close()
+    return digest.hexdigest()
+
+
+def _row(observation: Any, index: int) -> Any:
+    if isinstance(observation, Mapping):
+        return {key: _row(value, index) for key, value in observation.items()}
+    return observation[index]
+
+
+def _add(digest: Any, observation: Any) -> None:
+    """Take in all arrays of an observation, by name."""
+    if isinstance(observation, Mapping):
+        for key in sorted(observation):
+            digest.update(key.encode())
+            _add(digest, observation[key])
+    else:
+        digest.update(np.ascontiguousarray(observation).tobytes())
