@@ -6,10 +6,11 @@ import mujoco
 import numpy as np
 
 from lerobot_llakey.sim.meshes import add_mesh, revolve
+from lerobot_llakey.sim.mujoco_poses import about_z
 
 CUP_RADIUS, CUP_HEIGHT, CUP_WALL = 0.031, 0.115, 0.005
 """Outside measures and the wall's thickness, metres."""
-_BOTTOM, _BARS, _STAVES, _FEET = 0.006, 20, 12, 4
+_BOTTOM, _BARS, _STAVES, _FEET = 0.006, 32, 12, 4
 _INSIDE = (0.20, 0.17, 0.17, 1.0)
 """The inside is dark, so that an opening shows in a small picture."""
 _FRICTION = (0.8, 0.01, 0.001)
@@ -35,7 +36,7 @@ def add_cup(spec: mujoco.MjSpec, name: str, colour: tuple[float, float, float]) 
             type=mujoco.mjtGeom.mjGEOM_CAPSULE,
             size=(bar, CUP_HEIGHT / 2 - 0.001 - bar, 0),
             pos=(x, y, CUP_HEIGHT / 2),
-            mass=0.003,
+            mass=0.002,
             condim=6,
             **hidden,
         )
@@ -51,7 +52,7 @@ def add_cup(spec: mujoco.MjSpec, name: str, colour: tuple[float, float, float]) 
             type=mujoco.mjtGeom.mjGEOM_BOX,
             size=((outer - inner) / 2, middle * np.tan(np.pi / _STAVES), CUP_HEIGHT / 2 - 0.002),
             pos=(middle * np.cos(angle), middle * np.sin(angle), CUP_HEIGHT / 2),
-            quat=(np.cos(angle / 2), 0, 0, np.sin(angle / 2)),
+            quat=about_z(angle),
             mass=0.002,
             **hidden,
         )

@@ -27,11 +27,11 @@ _POSES = ("upward", "upside-down")
 _LOOKS = ((0.93, 0.91, 0.85), (0.90, 0.45, 0.55))
 _TARGETS = {"blue": (0.10, 0.25, 0.90), "green": (0.10, 0.65, 0.20), "yellow": (0.95, 0.85, 0.10)}
 _PAD = 0.05
-_LANES, _PADS = (0.365, 0.52, 0.675), (0.37, 0.505, 0.64)
+_LANES, _PADS = (0.365, 0.52, 0.675), (0.36, 0.49, 0.62)
 """Metres in front of the robot: shelters and the cup in the open, and the targets."""
-_FRONT, _SPOT, _PAD_Y = (0.21, 0.26), (0.04, 0.11), (-0.11, -0.05)
+_FRONT, _SPOT, _PAD_Y = (0.235, 0.275), (0.05, 0.10), (-0.09, -0.04)
 """Metres to the robot's left: the shelters' front edges, the cup in the open, and the targets."""
-_INSIDE = 0.02
+_INSIDE = 0.018
 """Metres from a shelter's front edge to the axis of the cup in it, half of which stands out."""
 _REACH = 0.03
 """Metres by which a cup may miss its target's centre."""
@@ -44,11 +44,13 @@ _HIGH, _CARRY, _PULL = 0.23, 0.12, 0.125
 """Height of the hand that turns a cup over, of the bottom of a cup on the way, and metres to pull out of a shelter."""
 _SHORT = 0.003
 """Metres by which a level hand stops short of a cup's axis: the palm is close behind the cup."""
+_PLAY = 0.013
+"""Metres beside the cabinet's middle at which open fingers still pass its walls."""
 _DROP = 0.004
 """A cup is let go this far above the target."""
 _LEAD = np.deg2rad(25)
 """A hand that raises an upside-down cup begins to turn it, so that there is one shortest way to turn it on."""
-_NEAR, _ARRIVED, _PUT, _TURNED = 0.045, 0.03, 0.018, 0.35
+_NEAR, _ARRIVED, _PUT, _LOW, _TURNED = 0.045, 0.03, 0.023, 0.02, 0.35
 """How far (metres, and radians) a hand or a cup may be off and still be there: the next waypoint corrects the rest."""
 
 
@@ -79,16 +81,18 @@ class MoveCup(Task):
         rng = world.rng
         places = {}
         for name, lane in zip(("cabinet", "ledge", "open"), rng.permutation(_LANES), strict=True):
-            x = lane + rng.uniform(-0.006, 0.006)
+            x = lane + rng.uniform(-0.002, 0.002)
             if name == "open":
                 places[name] = np.array((x, rng.uniform(*_SPOT), 0.0))
                 continue
             front = np.array((x, rng.uniform(*_FRONT), 0.0))
             world.place(name, Pose(front))
-            places[name] = front + (rng.uniform(-0.005, 0.005), _INSIDE + rng.uniform(-0.004, 0.004), 0.0)
+            places[name] = front + (rng.uniform(-0.005, 0.005), _INSIDE + rng.uniform(-0.004, 0.003), 0.0)
         for name, x in zip(_TARGETS, rng.permutation(_PADS), strict=True):
             world.place(f"{name}_target", Pose(np.array((x + rng.uniform(-0.012, 0.012), rng.uniform(*_PAD_Y), 0.0))))
-        in_the_open = self.sequence == CLAMP or (self.sequence == PULL_OUT and rng.integers(2) > 0)
+        # A cup in the open next to the cabinet's lane would be in the hand's way.
+        far = abs(places["open"][0] - places["cabinet"][0]) > 0.2
+        in_the_open = self.sequence == CLAMP or (self.sequence == PULL_OUT and far)
         yaw = [Rotation.from_euler("z", angle) for angle in rng.uniform(-np.pi, np.pi, 2)]
         world.place("upward_cup", Pose(places["open" if in_the_open else "ledge"], yaw[0].as_quat()))
         spot = places["open" if self.sequence == TURN else "cabinet"] + (0, 0, CUP_HEIGHT)
@@ -153,7 +157,11 @@ class MoveCup(Task):
             grasp = Pose(np.array(rim), top_down())
             before, side = grasp.shifted(z=_ABOVE), "top"
         else:
-            grasp = Pose(middle * (1, 1, 0) + (0, -_SHORT, _GRIP), _LEFTWARDS.as_quat())
+            x, y, _ = middle
+            cabinet = world.pose("cabinet").position
+            if abs(x - cabinet[0]) < SHELTER_HALF_WIDTH and y > cabinet[1]:
+                x = np.clip(x, cabinet[0] - _PLAY, cabinet[0] + _PLAY)
+            grasp = Pose(np.array((x, y - _SHORT, _GRIP)), _LEFTWARDS.as_quat())
             before, side = grasp.shifted(y=-_BEHIND, z=_HIGHER), "right side"
         distance, angle = world.tool.distance(before)
         waypoints = [
@@ -181,7 +189,7 @@ class MoveCup(Task):
         release = _release(place.pose, self._thing)
         turned, low = _opening(cup)[2] > np.cos(_TURNED), cup.apply((0, 0, CUP_HEIGHT / 2))[2] < 0.12
         if turned:
-            if self._off(world, cup) < _PUT and cup.position[2] < 0.015:
+            if self._off(world, cup) < _PUT and cup.position[2] < _LOW:
                 return [release]
             if self._off(world, cup) < _ARRIVED:
                 return [place, release]
