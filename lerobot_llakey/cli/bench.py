@@ -22,7 +22,7 @@ class BenchConfig:
 
     Attributes:
         part: collect, loader, action or command.
-        num_episodes: episodes of each of three tasks to collect, then to read.
+        num_episodes: episodes of each task to collect: of all nine, timed, for collect, of three to read otherwise.
         batch_size: samples of a training step.
         steps: repetitions of which the median is taken.
         device: PyTorch's device; the best one found by default.

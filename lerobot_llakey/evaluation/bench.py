@@ -24,9 +24,11 @@ from tqdm import tqdm
 
 from lerobot_llakey.datasets.collect import collect
 from lerobot_llakey.datasets.plan import CollectSettings, Targets
+from lerobot_llakey.sim.tasks import task_classes
 
 PARTS = ("collect", "loader", "action", "command")
 TASKS = ("open_drawer", "close_jar", "move_block")
+"""What samples are taken from to measure loading, training and deciding; collecting is measured on all tasks."""
 _POLICIES = {"action": "llakey_action", "command": "llakey_command"}
 
 
@@ -35,7 +37,7 @@ def bench(part: str, num_episodes: int, batch_size: int, steps: int, device: str
 
     Args:
         part: one of PARTS.
-        num_episodes: episodes of each task to collect: what is timed for "collect", what is read otherwise.
+        num_episodes: episodes of each task to collect: of all tasks, timed, for "collect", of TASKS otherwise.
         batch_size: samples a training step.
         steps: timed repetitions of a step or decision.
         device: PyTorch's device for the policies.
@@ -53,9 +55,9 @@ def bench(part: str, num_episodes: int, batch_size: int, steps: int, device: str
         raise ValueError(
             f"Expected num_episodes, batch_size and steps of 1 or more, got {num_episodes}, {batch_size} and {steps}."
         )
-    settings = CollectSettings(TASKS, num_episodes)
     if part == "collect":
-        return {**machine(), **_bench_collect(settings, workdir)}
+        return {**machine(), **_bench_collect(CollectSettings(tuple(task_classes()), num_episodes), workdir)}
+    settings = CollectSettings(TASKS, num_episodes)
     collect(settings, Targets(None, workdir / "keysteps", keysteps_id="bench/keysteps"))
     dataset = LeRobotDataset("bench/keysteps", root=workdir / "keysteps")
     if part == "loader":
@@ -86,6 +88,7 @@ def _bench_collect(settings: CollectSettings, workdir: Path) -> dict[str, Any]:
         figures[f"{name}_episodes_per_minute"] = len(settings) / minutes
         size = sum(file.stat().st_size for file in (workdir / name).rglob("*") if file.is_file())
         figures[f"{name}_megabytes_per_episode"] = size / len(settings) / 1e6
+        figures[f"{name}_gigabytes_for_100_of_each_task"] = size / settings.num_episodes * 100 / 1e9
     return figures
 
 
