@@ -20,6 +20,8 @@ _SEAT_OFFSET, _SEAT_HEIGHT, _SEAT_TILT = 0.004, 0.003, 0.15
 """Metres beside the axis, metres off the first turn, and radians of tilt at which the thread can still bite."""
 _BITE_SPEED = 0.1
 """Radians a second of turning clockwise that make the thread bite."""
+_LIFT_SPEED = 0.01
+"""Metres a second of rising at which it does not bite: lifting a part off turns it a little."""
 _GRIP_TURN = np.deg2rad(2.0)
 """Radians of turn below which the part can be lifted off again."""
 _FRICTION = 0.6
@@ -139,7 +141,8 @@ class Thread:
             data.eq_active[ids.bite] = False
         # A nut that carries nothing stands at the thread's start.
         data.qpos[ids.qpos] = data.qvel[ids.dofs] = 0.0
-        if inwards and _meet(data.xpos[ids.nut], data.xpos[ids.part], data.xmat[ids.part]):
+        lifted = data.cvel[ids.part, 5] > _LIFT_SPEED
+        if inwards and not lifted and _meet(data.xpos[ids.nut], data.xpos[ids.part], data.xmat[ids.part]):
             part, nut = data.xmat[ids.part], data.xmat[ids.nut]
             heading = np.arctan2(part[3], part[0]) - np.arctan2(nut[3], nut[0])
             world.model.eq_data[ids.bite, 6:10] = (np.cos(heading / 2), 0.0, 0.0, np.sin(heading / 2))

@@ -51,12 +51,14 @@ fingertips, so that a bulb can be taken out again."""
 _ABOVE_MIDDLE = 0.002
 _GRASP = GLASS_HEIGHT + _ABOVE_MIDDLE
 """Metres of a grasp above the middle of the glass, and above the tip of an upright bulb."""
-_ABOVE, _CARRY, _OVER_BOX = 0.10, 0.12, 0.075
-"""Metres from the grasp to the hand before it; heights of the tip of a carried bulb, and above a box."""
+_ABOVE, _CARRY = 0.10, 0.125
+"""Metres from the grasp to the hand before it, and height of the tip of a carried bulb: higher than all the others."""
 _YAW = np.deg2rad(55)
 """The hand is turned to one side to carry, to the other one to screw out: joint 7 allows one turn between them."""
 _NEAR, _TURNED, _ARRIVED = 0.045, 0.3, 0.035
 """How far (metres, radians) a hand may be off before its grasp, and a bulb beside the middle of its box."""
+_LOW = 0.03
+"""Metres by which a hand may carry low."""
 _JITTER = 0.01
 _CORNERS = ((0.41, -0.26), (0.41, 0.26), (0.57, -0.26), (0.57, 0.26))
 _MIDDLE = ((0.47, -0.12), (0.47, 0.0), (0.47, 0.12), (0.60, -0.12), (0.60, 0.0), (0.60, 0.12))
@@ -153,10 +155,7 @@ class PutBulb(Task):
         here, box = world.tool if world.holds(self.bulb) else world.pose(self.bulb), world.pose(f"{self.box}_box")
         socket = world.pose(f"{self.colour}_socket").position if self.thread else here.position
         out = grip.hand(np.array((*socket[:2], _SEAT + TRAVEL)), _YAW)
-        raised, over = (
-            Pose(np.array((*place.position[:2], height + _GRASP)), top_down(_YAW))
-            for place, height in ((here, _CARRY), (box, _OVER_BOX))
-        )
+        raised, over = (Pose(np.array((*place.position[:2], _CARRY + _GRASP)), top_down(_YAW)) for place in (here, box))
         return [
             Waypoint(out, False, True, instruct("screw_out", self._thing)),
             Waypoint(raised, False, True, instruct("raise")),
@@ -173,10 +172,9 @@ class PutBulb(Task):
             # A hand that turned all the way must take the bulb anew.
             return steps if hand_yaw(tool) < _YAW - 0.2 else [release]
         beside = np.hypot(*(tool.position - world.pose(f"{self.box}_box").position)[:2])
-        height = tool.position[2] - _GRASP
-        if beside < _ARRIVED and height < _OVER_BOX + 0.025:
-            return [release]
-        return steps[2:] if height > _CARRY - 0.03 else steps[1:]
+        if tool.position[2] < _CARRY + _GRASP - _LOW:
+            return steps[1:]
+        return [release] if beside < _ARRIVED else steps[2:]
 
 
 def _at(rng: np.random.Generator, spot: np.ndarray) -> Pose:

@@ -151,3 +151,15 @@ def test_expert_recovers(world: World, kind: str, variation: int) -> None:
     world.reset(7, variation, disturbance=kind)
     assert list(demonstrate(world))[-1].success
     assert world.disturbance is not None and world.disturbance.struck
+
+
+def test_a_bulb_lifted_out_of_its_socket_is_not_caught_by_the_thread(world: World) -> None:
+    """Here the bulb turns a little as it leaves the socket."""
+    world.reset(52, 2)
+    act(world, 4)
+    assert world.holds("yellow_bulb") and world.pose("yellow_bulb").position[2] > 0.1
+
+
+def test_the_way_to_the_box_leads_above_the_screwed_bulbs(world: World) -> None:
+    world.reset(93, 3)
+    assert templates(world) == STAGES[SCREWED]
