@@ -1,6 +1,6 @@
 """Nine groceries of RLBench's cupboard: boxes, cans and a bottle, told apart by shape and by the colours of the label.
 
-All are small enough for the hand from any side but the longest, standing or lying.
+Standing or lying, all are small enough for the hand from any side, but for the height of crackers and sugar.
 """
 
 from __future__ import annotations
@@ -10,6 +10,8 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
+
+from lerobot_llakey.sim.thread import FIRM
 
 Colour = tuple[float, float, float]
 
@@ -62,10 +64,10 @@ GOODS: tuple[Good, ...] = (
     Good("tuna", (0.030, 0.030, 0.017), (0.10, 0.45, 0.95), _WHITE, (0.30, 0.60), round=True, cap=_SILVER),
     Good("spam", (0.030, 0.021, 0.026), (0.05, 0.08, 0.45), (1.00, 0.85, 0.10), (0.30, 0.75)),
     Good(
-        "coffee", (0.029, 0.029, 0.036), (0.40, 0.22, 0.10), (0.10, 0.65, 0.60), (0.20, 0.60), True, (0.05, 0.05, 0.05)
+        "coffee", (0.029, 0.029, 0.033), (0.40, 0.22, 0.10), (0.10, 0.65, 0.60), (0.20, 0.60), True, (0.05, 0.05, 0.05)
     ),
     Good("mustard", (0.022, 0.022, 0.030), (1.00, 0.80, 0.05), (0.10, 0.40, 0.15), (0.25, 0.60), True, nozzle=True),
-    Good("sugar", (0.025, 0.018, 0.038), _WHITE, (1.00, 0.80, 0.05), (0.35, 0.75)),
+    Good("sugar", (0.024, 0.018, 0.036), _WHITE, (1.00, 0.80, 0.05), (0.35, 0.75)),
 )
 """In RLBench's order: a good's place is its variation."""
 
@@ -75,10 +77,11 @@ def add_good(spec: mujoco.MjSpec, good: Good) -> mujoco.MjsBody:
     body = spec.worldbody.add_body(name=good.body, pos=(0, 0, 1))
     body.add_freejoint(name=good.body)
     shape = mujoco.mjtGeom.mjGEOM_CYLINDER if good.round else mujoco.mjtGeom.mjGEOM_BOX
-    touch: dict[str, object] = {"friction": (0.8, 0.01, 0.0001)}
+    # Firm, and more so than the table: a hand that presses on a thing so light must not press it through.
+    touch: dict[str, object] = {"friction": (0.8, 0.01, 0.0001), "solmix": 100.0, **FIRM}
     if good.round:
         # What lies on its side comes to rest within a few centimetres.
-        touch = {"condim": 6, "friction": (0.8, 0.01, 0.005)}
+        touch |= {"condim": 6, "friction": (0.8, 0.01, 0.005)}
     body.add_geom(type=shape, size=_size(good, good.size), mass=_MASS, rgba=(*good.colour, 1), **touch)
     # The label runs around the longest axis: over the top of a flat box, where most cameras see it.
     along = 2 if good.round else int(np.argmax(good.size))

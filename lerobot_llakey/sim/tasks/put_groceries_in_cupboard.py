@@ -25,19 +25,26 @@ _WORDINGS = (
 )
 _SHOWN = 5
 """Goods on the table in one episode; the others stand under it, out of sight."""
-_SHELF, _ROOF, _ROOF_EDGE, _DEPTH, _HALF_WIDTH = 0.035, 0.135, 0.108, 0.165, 0.14
+_SHELF, _ROOF, _ROOF_EDGE, _DEPTH, _HALF_WIDTH = 0.02, 0.125, 0.108, 0.165, 0.14
 """Metres: height of the shelf and of the roof, where the roof begins behind the shelf's edge, how deep the shelf is and
 half its width. A hand that points down stands in front of the roof."""
 _WALL = 0.008
 _WOOD, _PALE = (0.50, 0.32, 0.18, 1.0), (0.80, 0.66, 0.46, 1.0)
 _SPOT, _SPARE = 0.062, 0.006
 """Metres behind the shelf's edge where a good is put, and above the shelf where it is let go."""
-_BEFORE, _OVER = 0.09, 0.065
+_PLACES, _ROOM, _TALL = (0.0, 0.085, -0.085), 0.075, 0.032
+"""Metres beside the shelf's middle where a good may go, the first choice first; how far others must be from it; half
+the height from which the hand that holds a good stays above the cupboard's walls."""
+_BEFORE, _OVER = 0.08, 0.105
 """Metres from the shelf's edge, and above the height of placing, of a good at the front of the cupboard."""
 _ABOVE, _CARRY = 0.10, 0.20
 """Metres from a good to the hand before it grasps, and height of the hand that has raised one."""
 _TOP_GRIP, _LOWEST_GRIP = 0.026, 0.018
 """Metres of a good's top that the fingers reach down over, and of their least height above what it stands on."""
+_FINGERTIP = 0.011
+"""Metres that the fingertips need below the tool's centre point."""
+_FINGERS = np.array(((0.012, 0.05, 0.0), (-0.012, 0.05, 0.0), (0.012, -0.05, 0.0), (-0.012, -0.05, 0.0)))
+"""Corners of the open fingers in the tool's frame, metres."""
 _WIDEST = 0.067
 """Metres between the faces of a good that the hand can take."""
 _NEAR, _ARRIVED, _TURNED = 0.05, 0.045, 0.35
@@ -45,7 +52,7 @@ _NEAR, _ARRIVED, _TURNED = 0.05, 0.045, 0.35
 corrects the rest."""
 _X, _Y, _REACH = (0.31, 0.62), (-0.32, 0.32), (0.40, 0.66)
 """Metres: where goods stand, and how far from the base, so that a hand that points down reaches them."""
-_GAP, _FRONT_GAP, _SIDE_GAP = 0.145, 0.085, 0.28
+_GAP, _FRONT_GAP, _SIDE_GAP = 0.145, 0.10, 0.28
 """Metres between goods, before the shelf's edge, and beside the cupboard's middle: the hand is 20 cm wide."""
 
 
@@ -101,8 +108,12 @@ class PutGroceriesInCupboard(Task):
     def _grasp(self, world: World) -> Pose:
         """The hand over the good as it stands or lies."""
         pose, half = world.pose(self.good.body), self._half_height(world)
-        height = max(_LOWEST_GRIP - half, half - _TOP_GRIP)
-        return Pose(pose.position + (0, 0, height), top_down(self._yaw(pose)))
+        grasp = Pose(pose.position, top_down(self._yaw(pose)))
+        # A finger between the good and the cupboard stays above the shelf.
+        fingers = world.pose("cupboard").inverse().apply(grasp.apply(_FINGERS))
+        over_shelf = (fingers[:, 0] > 0).any() and (np.abs(fingers[:, 1]) < _HALF_WIDTH).any()
+        lowest = _SHELF + _FINGERTIP if over_shelf else _LOWEST_GRIP
+        return grasp.shifted(z=max(lowest - half, half - _TOP_GRIP))
 
     def _yaw(self, pose: Pose) -> float:
         """The smallest turn of the hand with which its fingers lie flat on two faces."""
@@ -133,14 +144,26 @@ class PutGroceriesInCupboard(Task):
         ]
         return steps[ready:] + self._bring(world, grasp, world.pose(self.good.body))
 
+    def _free_place(self, world: World, half_height: float) -> float:
+        """Metres beside the shelf's middle: the first place that no other good has taken.
+
+        A hand that holds something low would meet the walls: it pushes aside what stands in the middle.
+        """
+        if half_height < _TALL:
+            return _PLACES[0]
+        others = np.array([world.pose(good.body).position for good in GOODS if good is not self.good])
+        offsets = world.pose("cupboard").inverse().apply(others)
+        taken = offsets[(np.abs(offsets[:, 0] - _SPOT) < _ROOM) & (offsets[:, 2] > 0), 1]
+        return next((place for place in _PLACES if (np.abs(taken - place) > _ROOM).all()), _PLACES[0])
+
     def _bring(self, world: World, tool: Pose, good: Pose) -> list[Waypoint]:
         """The steps from the raise on, for a good held at ``good`` by a hand at ``tool``, upright or nearly so."""
         yaw = _hand_yaw(tool)
         held = Pose(tool.position, top_down(yaw)).inverse() @ good
         cupboard = world.pose("cupboard")
         hand = Pose(np.zeros(3), top_down(float(cupboard.rotation.as_euler("zyx")[0])))
-        up = (hand @ held).rotation.as_matrix()[2]
-        spot = np.array((_SPOT, 0.0, _SHELF + _SPARE + self.good.half_extent(up)))
+        half = self.good.half_extent((hand @ held).rotation.as_matrix()[2])
+        spot = np.array((_SPOT, self._free_place(world, half), _SHELF + _SPARE + half))
         placed = Pose(cupboard.apply(spot) - hand.apply(held.position), hand.quaternion)
         front = Pose(cupboard.apply(spot + (-_SPOT - _BEFORE, 0, _OVER)) - hand.apply(held.position), hand.quaternion)
         raised = Pose(np.array((*tool.position[:2], _CARRY)), top_down(yaw))
@@ -212,9 +235,11 @@ def _add_cupboard(spec: mujoco.MjSpec) -> None:
         pos=(_ROOF_EDGE + depth, 0, _ROOF + _WALL / 2),
         rgba=_WOOD,
     )
-    cupboard.add_geom(
-        type=box, size=(_WALL / 2, _HALF_WIDTH, 0.012), pos=(_DEPTH - _WALL / 2, 0, _SHELF + 0.012), rgba=_WOOD
-    )
+    # Strips along the back keep things from sliding out, yet let the front camera look in.
+    for z in (_SHELF, _ROOF + _WALL):
+        cupboard.add_geom(
+            type=box, size=(_WALL / 2, _HALF_WIDTH, 0.012), pos=(_DEPTH - _WALL / 2, 0, z + 0.012), rgba=_WOOD
+        )
     outline = np.array(((0, 0), (_DEPTH, 0), (_DEPTH, _ROOF), (_ROOF_EDGE, _ROOF), (0, _SHELF + 0.03)))
     for name, y in (("left", _HALF_WIDTH), ("right", -_HALF_WIDTH - 2 * _WALL)):
         sides = [np.column_stack((outline[:, 0], np.full(len(outline), y + d), outline[:, 1])) for d in (0, 2 * _WALL)]
