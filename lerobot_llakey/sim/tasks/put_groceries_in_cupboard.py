@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from lerobot_llakey.geometry import Pose, top_down
 from lerobot_llakey.instructions import instruct
+from lerobot_llakey.sim.grip import hand_yaw
 from lerobot_llakey.sim.meshes import add_mesh
 from lerobot_llakey.sim.objects.groceries import GOODS, Good, add_good
 from lerobot_llakey.sim.tasks.base import Task, Waypoint
@@ -158,7 +159,7 @@ class PutGroceriesInCupboard(Task):
 
     def _bring(self, world: World, tool: Pose, good: Pose) -> list[Waypoint]:
         """The steps from the raise on, for a good held at ``good`` by a hand at ``tool``, upright or nearly so."""
-        yaw = _hand_yaw(tool)
+        yaw = hand_yaw(tool)
         held = Pose(tool.position, top_down(yaw)).inverse() @ good
         cupboard = world.pose("cupboard")
         hand = Pose(np.zeros(3), top_down(float(cupboard.rotation.as_euler("zyx")[0])))
@@ -189,13 +190,6 @@ class PutGroceriesInCupboard(Task):
 
 def _release(pose: Pose, good: Good) -> Waypoint:
     return Waypoint(pose, True, True, instruct("release", f"the {good.name}"))
-
-
-def _hand_yaw(tool: Pose) -> float:
-    """Yaw of the hand in (-pi/2, pi/2], half a turn being the same to a gripper."""
-    matrix = tool.rotation.as_matrix()
-    yaw = np.arctan2(matrix[1, 0], matrix[0, 0])
-    return float(np.pi / 2 - (np.pi / 2 - yaw) % np.pi)
 
 
 def _stand(world: World, good: Good, spot: tuple[float, float, float], yaw: float) -> None:
