@@ -9,34 +9,35 @@ import numpy as np
 
 from lerobot_llakey import instructions, schema
 from lerobot_llakey.policies.action.configuration_llakey_action import LlakeyActionConfig
-from lerobot_llakey.policies.action.text import SEPARATOR
 
 
-def read_texts(batch: Mapping[str, Any], config: LlakeyActionConfig) -> list[str]:
-    """One text for each row of a batch, as ``config.condition_on`` asks.
+def read_texts(batch: Mapping[str, Any], config: LlakeyActionConfig) -> list[list[str]]:
+    """The texts that steer a batch, as ``config.condition_on`` asks: of the task, of the instruction, or of both.
 
     Without an instruction column the expert's instruction is read where ``config.instruction_source`` allows it and
     the environment gives it, and the skill instruction otherwise.
 
+    Returns:
+        One list with a text for each row, or two: the tasks, then the instructions.
+
     Raises:
-        ValueError: if a column of texts is missing or of another length than the batch.
+        ValueError: if a column of texts is missing, of another length than the batch, or empty in a row.
     """
     rows = len(batch[schema.INTRINSICS])
-    parts = []
+    parts: list[list[str]] = []
     if config.condition_on != "instruction":
         parts.append(_column(batch, schema.TASK, rows))
     if config.condition_on != "task":
         parts.append(_instructions(batch, config, rows))
-    return [SEPARATOR.join(texts) for texts in zip(*parts, strict=True)]
+    return parts
 
 
 def reworded(text: str, probability: float, rng: np.random.Generator) -> str:
-    """The text, its instruction replaced by a synonym with the given probability."""
+    """The instruction, replaced by a synonym with the given probability."""
     if rng.random() >= probability:
         return text
-    *task, instruction = text.split(SEPARATOR)
     try:
-        return SEPARATOR.join((*task, instructions.paraphrase(instruction, rng)))
+        return instructions.paraphrase(text, rng)
     except ValueError:  # A text outside the grammar, such as a person's own wording, has no synonym.
         return text
 
@@ -56,5 +57,10 @@ def _column(batch: Mapping[str, Any], key: str, rows: int) -> list[str]:
         raise ValueError(
             f"Expected {key} as {rows} texts, one for each batch row, got "
             f"{'none' if texts is None else f'{len(texts)}'}; give the policy its instruction."
+        )
+    empty = [row for row, text in enumerate(texts) if not str(text).strip()]
+    if empty:
+        raise ValueError(
+            f"Expected words in {key}, got an empty text in batch row {empty[0]}; give the policy its instruction."
         )
     return [str(text) for text in texts]

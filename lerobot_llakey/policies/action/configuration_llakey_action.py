@@ -12,32 +12,52 @@ from lerobot_llakey import schema
 from lerobot_llakey.policies.action.renderer import VIEWS
 from lerobot_llakey.policies.keyframe_config import KeyframePolicyConfig
 
-CONDITIONS = ("instruction", "task", "both")
-INSTRUCTION_SOURCES = ("instruction", "oracle")
+CHOICES: dict[str, tuple[object, ...]] = {
+    "design": ("small", "rvt", "rvt2"),
+    "stages": (1, 2),
+    "condition_on": ("instruction", "task", "both"),
+    "instruction_source": ("instruction", "oracle"),
+    "proprioception": ("pose", "gripper"),
+    "rotation": ("bins", "bins_in_turn", "sixd"),
+    "dtype": ("bfloat16", "float32"),
+}
+"""What a setting may be."""
+FRAMES = ("view", "hand", "base")
 
 
 @PreTrainedConfig.register_subclass("llakey_action")
 @dataclass
 class LlakeyActionConfig(KeyframePolicyConfig):
-    """An RVT-like two-stage keyframe policy (LLaKey section III-D; RVT; RVT-2 for the zoomed second stage).
+    """An RVT-like keyframe policy (LLaKey section III-D; RVT; RVT-2 for the zoomed second stage).
+
+    ``configs/`` holds the settings of RVT and RVT-2 as published; the defaults are those of our own small design.
 
     Attributes:
+        design: the network: "small", "rvt" or "rvt2", see :mod:`designs`.
+        stages: 2 to look again, at a crop around the first stage's point; 1 to read the pose at the first look.
         cameras: names of the cameras that are fused into the cloud, in the order of the stacked intrinsics.
         workspace: bounds ((x), (y), (z)) in metres, base frame, of the cloud and of every keyframe.
         views: virtual orthographic views that are rendered, names of :data:`renderer.VIEWS`.
-        view_size: height and width of a rendered view in pixels, a multiple of 16.
+        view_size: height and width of a rendered view in pixels, a multiple of 16 ("small") or of ``patch_size``.
         crop_size: edge in metres of the cube around the first stage's point that the second stage renders.
         crop_noise: the training crops are centred on the target plus uniform noise up to this, in metres.
         splat_radius: pixels by which points grow, for the first and the second stage.
         condition_on: which text steers the policy: the basic action's instruction, the skill's task, or both.
         instruction_source: "oracle" reads the expert's instruction from the environment where none was given.
-        use_state: also condition on the present end-effector pose and gripper opening.
+        use_state: also condition on the present hand; ``proprioception`` is what is told of it: its "pose" and gripper
+            opening, or as in RVT the opening of its "gripper" alone.
+        use_timestep: also condition on the number of actions taken so far (``observation.step``), as RVT does.
+        rotation: "bins" predicts the three angles apart, "bins_in_turn" about x, then y, then z, each knowing those
+            before it (RVT-2), "sixd" a continuous rotation (Zhou et al. 2019).
         rotation_bins: bins for each of the three angles over a full turn; 72 are 5 degrees each.
-        text_width, text_layers, text_buckets, text_length: the word-level text encoder trained along.
-        colour_queries: text-conditioned colour channels added to every rendered pixel.
-        widths: channels at 1/4, 1/8 and 1/16 of the view size.
-        blocks: convolutional blocks at 1/4 and 1/8, on the way down; one each on the way up.
-        transformer_layers, transformer_heads: the multi-view transformer at 1/16.
+        rotation_frames: what rotations are told relative to, out of "view", "hand" and "base"; RVT's know "view" alone.
+        text_model: a text model on the Hub or in a folder, frozen, whose features are kept for each text; None for
+            the word-level encoder trained along, with text_width, text_layers, text_buckets and text_length (words).
+        colour_queries: "small": text-conditioned colour channels added to every rendered pixel.
+        widths: "small": channels at 1/4, 1/8 and 1/16 of the view size.
+        blocks: "small": convolutional blocks at 1/4 and 1/8, on the way down; one each on the way up.
+        patch_size, token_width, attention_dropout: "rvt" and "rvt2": pixels along a patch, and of the transformer.
+        transformer_layers, transformer_heads: the multi-view transformer, of "small" at 1/16.
         heat_sigma_start, heat_sigma_end: standard deviation in pixels of the heat maps' target, shrinking linearly
             over ``heat_shrink_steps`` training steps, then constant.
         augment_translation: metres along each axis; ``augment_yaw``: degrees about z.
@@ -53,6 +73,8 @@ class LlakeyActionConfig(KeyframePolicyConfig):
         default_factory=lambda: {kind.value: NormalizationMode.IDENTITY for kind in FeatureType}
     )
 
+    design: str = "small"
+    stages: int = 2
     cameras: list[str] = field(default_factory=lambda: list(schema.CAMERAS))
     workspace: list[list[float]] = field(default_factory=lambda: [list(bounds) for bounds in schema.WORKSPACE])
     views: list[str] = field(default_factory=lambda: ["top", "front", "side"])
@@ -64,8 +86,13 @@ class LlakeyActionConfig(KeyframePolicyConfig):
     condition_on: str = "instruction"
     instruction_source: str = "oracle"
     use_state: bool = True
+    proprioception: str = "pose"
+    use_timestep: bool = False
+    rotation: str = "bins"
     rotation_bins: int = 72
+    rotation_frames: list[str] = field(default_factory=lambda: list(FRAMES))
 
+    text_model: str | None = None
     text_width: int = 128
     text_layers: int = 2
     text_buckets: int = 1024
@@ -73,6 +100,9 @@ class LlakeyActionConfig(KeyframePolicyConfig):
     colour_queries: int = 8
     widths: list[int] = field(default_factory=lambda: [64, 128, 192])
     blocks: list[int] = field(default_factory=lambda: [1, 2])
+    patch_size: int = 14
+    token_width: int = 512
+    attention_dropout: float = 0.0
     transformer_layers: int = 3
     transformer_heads: int = 6
 
@@ -96,19 +126,26 @@ class LlakeyActionConfig(KeyframePolicyConfig):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.condition_on not in CONDITIONS:
+        for name, choices in CHOICES.items():
+            if (value := getattr(self, name)) not in choices:
+                raise ValueError(
+                    f"Expected {name} out of {', '.join(map(repr, choices))}, got {value!r}; pick one of these."
+                )
+        step = 16 if self.design == "small" else self.patch_size
+        if self.view_size % step:
             raise ValueError(
-                f"Expected condition_on out of {CONDITIONS}, got {self.condition_on!r}; pick one of these."
+                f"Expected view_size to be a multiple of {step} for design {self.design!r}, got {self.view_size}; try "
+                f"{max(round(self.view_size / step), 1) * step}."
             )
-        if self.instruction_source not in INSTRUCTION_SOURCES:
+        if self.design != "small" and self.token_width % self.transformer_heads:
             raise ValueError(
-                f"Expected instruction_source out of {INSTRUCTION_SOURCES}, got {self.instruction_source!r}; "
-                "pick one of these."
+                f"Expected transformer_heads that divide token_width, got {self.transformer_heads} and "
+                f"{self.token_width}; try 8 and 512."
             )
-        if self.dtype not in ("bfloat16", "float32"):
-            raise ValueError(f"Expected dtype 'bfloat16' or 'float32', got {self.dtype!r}; pick one of these.")
-        if self.view_size % 16:
-            raise ValueError(f"Expected view_size to be a multiple of 16, got {self.view_size}; try 112 or 128.")
+        if not self.rotation_frames or not set(self.rotation_frames) <= set(FRAMES):
+            raise ValueError(
+                f"Expected rotation_frames out of {', '.join(FRAMES)}, got {self.rotation_frames}; pick one or more."
+            )
         if unknown := [name for name in self.views if name not in VIEWS]:
             raise ValueError(f"Expected views out of {', '.join(VIEWS)}, got {', '.join(unknown)}; pick some of these.")
         if {axis for name in self.views for axis in VIEWS[name][:2]} != {0, 1, 2}:
@@ -130,7 +167,8 @@ class LlakeyActionConfig(KeyframePolicyConfig):
         """Names of the observation features that the policy reads at every frame."""
         keys = [key for camera in self.cameras for key in (schema.image_key(camera), schema.depth_key(camera))]
         keys += [schema.INTRINSICS, schema.EXTRINSICS]
-        return [*keys, schema.STATE] if self.use_state else keys
+        keys += [schema.STATE] if self.use_state else []
+        return [*keys, schema.STEP] if self.use_timestep else keys
 
     def validate_features(self) -> None:
         """Check that the features of a dataset or environment are those that the policy reads.
@@ -140,6 +178,11 @@ class LlakeyActionConfig(KeyframePolicyConfig):
         """
         inputs: dict[str, PolicyFeature] = self.input_features or {}
         missing = [key for key in self.required_features() if key not in inputs]
+        if missing == [schema.STEP]:
+            raise ValueError(
+                f"Expected the column {schema.STEP} (keyframe actions taken so far) for policy.use_timestep, got none; "
+                "annotate the dataset anew or set policy.use_timestep=false."
+            )
         if missing:
             raise ValueError(
                 f"Expected the features {', '.join(missing)} for the cameras {', '.join(self.cameras)}, got only "

@@ -1,14 +1,14 @@
-"""From heat maps to a point, and from the features at that point to rotation, gripper and collision flag."""
+"""From heat maps to a point, and to the features that the pose is read from."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 import torch
 from torch import Tensor, nn
 
 from lerobot_llakey.policies.action.renderer import VIEWS, project
+from lerobot_llakey.policies.action.view_network import ViewOutput
 
 
 def locate(heat: Tensor, views: Sequence[str]) -> Tensor:
@@ -57,51 +57,12 @@ def features_at(features: Tensor, points: Tensor, views: Sequence[str]) -> Tenso
     return picked.flatten(1).unflatten(0, features.shape[:2]).flatten(1)
 
 
-def shift_bins(logits: Tensor, angles: Tensor) -> Tensor:
-    """Logits (..., bins) of angles relative to a present angle (...) in radians, as logits of absolute angles."""
-    bins = logits.shape[-1]
-    offset = angles * (bins / (2 * math.pi))
-    whole = offset.floor()
-    share = (offset - whole)[..., None]
-    source = (torch.arange(bins, device=logits.device) - whole[..., None].long()) % bins
-    return (1 - share) * logits.gather(-1, source) + share * logits.gather(-1, (source - 1) % bins)
+def pooled_at(output: ViewOutput, points: Tensor, views: Sequence[str]) -> Tensor:
+    """Features (B, V * C) at points (B, 3) of the unit cube (RVT-2's location-conditioned features)."""
+    return features_at(output.features, points, views)
 
 
-class PoseHead(nn.Module):
-    """Logits of three angles, the gripper and the collision flag.
-
-    Angles are the sum of three votes: in the frame of the views ("grasp it along its side"), relative to the present
-    hand ("a quarter turn on", "keep it") and relative to the robot's base, which augmentation turns ("straight ahead").
-    No kind of instruction then has to learn to add angles, and what is fixed in the base frame survives augmentation.
-
-    Args:
-        inputs: width of the input vector.
-        bins: of each angle.
-        width: of the hidden layer.
-    """
-
-    def __init__(self, inputs: int, bins: int, width: int = 256) -> None:
-        super().__init__()
-        self.bins = bins
-        self.layers = nn.Sequential(
-            nn.LayerNorm(inputs), nn.Linear(inputs, width), nn.GELU(), nn.Linear(width, width), nn.GELU()
-        )
-        self.votes = nn.Linear(width, 9 * bins)
-        self.flags = nn.Linear(width, 4)
-
-    def forward(self, features: Tensor, present: Tensor, heading: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-        """Read a pose.
-
-        Args:
-            features: (B, inputs).
-            present: (B, 3) the hand's present angles in radians.
-            heading: (B,) yaw of the robot's base in radians: zero but for augmentation.
-
-        Returns:
-            Logits of the angles (B, 3, bins), the gripper (B, 2) and the collision flag (B, 2).
-        """
-        hidden = self.layers(features)
-        flags = self.flags(hidden).float()
-        seen, hand, base = self.votes(hidden).float().unflatten(-1, (3, 3, self.bins)).unbind(1)
-        turn = torch.stack((heading, torch.zeros_like(heading), torch.zeros_like(heading)), dim=-1)
-        return seen + shift_bins(hand, present) + shift_bins(base, turn), flags[:, :2], flags[:, 2:]
+def heat_weighted(output: ViewOutput, points: Tensor, views: Sequence[str]) -> Tensor:
+    """Features (B, V * C) of each view's pixels, weighted by its heat map (RVT); the points are not looked at."""
+    share = output.heat.detach().flatten(2).softmax(dim=-1).to(output.features.dtype)  # (B, V, S * S)
+    return (share[:, :, None] @ output.features.flatten(2, 3)).flatten(1)

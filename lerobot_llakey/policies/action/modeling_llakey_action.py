@@ -9,38 +9,40 @@ import numpy as np
 import torch
 from lerobot.policies.pretrained import PreTrainedPolicy
 from torch import Tensor, nn
-from torch.nn import functional as F
 
 from lerobot_llakey import schema
 from lerobot_llakey.policies.action.augmentation import sample_motion
 from lerobot_llakey.policies.action.conditioning import read_texts, reworded
 from lerobot_llakey.policies.action.configuration_llakey_action import LlakeyActionConfig
-from lerobot_llakey.policies.action.heads import PoseHead, features_at, locate
-from lerobot_llakey.policies.action.network import ViewOutput
-from lerobot_llakey.policies.action.point_cloud import PointCloud, fuse_views, inside
-from lerobot_llakey.policies.action.renderer import project
-from lerobot_llakey.policies.action.stage import Scene, Stage
-from lerobot_llakey.policies.action.targets import (
-    angle_bins,
-    angles_to_quaternion,
-    bin_angles,
-    heat_target,
-    quaternion_to_angles,
-    shrinking_sigma,
+from lerobot_llakey.policies.action.designs import DESIGNS, make_pose_head, make_text_encoder
+from lerobot_llakey.policies.action.heads import locate
+from lerobot_llakey.policies.action.labels import Labels, moved, read_labels
+from lerobot_llakey.policies.action.losses import (
+    flag_loss,
+    heat_loss,
+    share_right,
+    share_turned_less,
+    share_within,
 )
-from lerobot_llakey.policies.action.text import QueryPool, TextEncoder
+from lerobot_llakey.policies.action.point_cloud import PointCloud, fuse_views
+from lerobot_llakey.policies.action.pose_heads import PoseOutput
+from lerobot_llakey.policies.action.proprioception import Proprioception, proprioception_width, read_proprioception
+from lerobot_llakey.policies.action.scene import Scene
+from lerobot_llakey.policies.action.stage import Stage
+from lerobot_llakey.policies.action.targets import shrinking_sigma
+from lerobot_llakey.policies.action.text import QueryPool, TextRoles
+from lerobot_llakey.policies.action.view_network import ViewOutput
 
 CONDITION = 128
-PROPRIOCEPTION = 7
-"""Gripper opening, and sine and cosine of the present hand's three angles."""
 
 
 class LlakeyActionPolicy(PreTrainedPolicy):
-    """An RVT-like multi-view policy in two stages (LLaKey section III-D; RVT-2's zoom).
+    """An RVT-like multi-view policy in one or two stages (LLaKey section III-D; RVT; RVT-2's zoom).
 
-    The first stage looks at the whole workspace and finds the next keyframe's place to about a centimetre; the second
-    renders a small cube around it and gives place, rotation, gripper and collision flag. Both are trained at once by
-    cross-entropy alone: the second's cube is centred near the true place. There is no timestep input.
+    The first stage looks at the whole workspace and finds the next keyframe's place to about a pixel; the second
+    renders a small cube around it and finds it anew. The last stage also gives rotation, gripper and collision flag.
+    All are trained at once, the second's cube centred near the true place. What a stage's network is, and what it
+    sees, is the design's (:mod:`designs`).
 
     Args:
         config: the settings.
@@ -62,19 +64,25 @@ class LlakeyActionPolicy(PreTrainedPolicy):
         config.narrow_features()
         if dataset_meta is not None:
             config.validate_instructions(dataset_meta.features)
-        views = len(config.views)
+        self.design = DESIGNS[config.design]
+        felt = proprioception_width(config)
         self.register_buffer("workspace", torch.tensor(config.workspace, dtype=torch.float32), persistent=False)
         self.register_buffer("training_step", torch.zeros((), dtype=torch.int64))
-        self.text = TextEncoder(config.text_width, config.text_layers, config.text_buckets, config.text_length)
-        self.sentence = QueryPool(config.text_width, 4, 64)
-        self.condition = nn.Sequential(
-            nn.Linear(256 + PROPRIOCEPTION, CONDITION), nn.GELU(), nn.Linear(CONDITION, CONDITION)
-        )
-        self.coarse = Stage(config, CONDITION, config.splat_radius[0])
-        self.fine = Stage(config, CONDITION, config.splat_radius[1])
-        inputs = views * config.widths[0] + config.widths[2] + CONDITION + PROPRIOCEPTION
-        self.summary = nn.LayerNorm(config.widths[2])
-        self.pose = PoseHead(inputs, config.rotation_bins)
+        self.text = make_text_encoder(config)
+        width = self.text.width
+        self.roles = TextRoles(2, width) if config.condition_on == "both" else None
+        if self.design.grounded:
+            self.sentence = QueryPool(width, 4, 64)
+            self.condition = nn.Sequential(nn.Linear(256 + felt, CONDITION), nn.GELU(), nn.Linear(CONDITION, CONDITION))
+        condition = CONDITION if self.design.grounded else felt
+        self.coarse = Stage(config, condition, width, config.splat_radius[0])
+        self.fine = Stage(config, condition, width, config.splat_radius[1]) if config.stages == 2 else None
+        network = (self.fine or self.coarse).network
+        self.summary = nn.LayerNorm(network.summary_width)
+        inputs = len(config.views) * network.feature_width + network.summary_width
+        if self.design.grounded:
+            inputs += CONDITION + felt
+        self.pose = make_pose_head(config, inputs)
         self._rng = np.random.default_rng()
 
     def get_optim_params(self) -> list[dict[str, Any]]:
@@ -103,58 +111,27 @@ class LlakeyActionPolicy(PreTrainedPolicy):
         """
         config = self.config
         with torch.autocast(self.workspace.device.type, enabled=False):
-            position, quaternion = self._targets(batch[schema.ACTION])
-            effector = batch[schema.STATE].float() if config.use_state else None
-            heading, lift = torch.zeros_like(position[:, 0]), torch.zeros_like(position)
+            labels = read_labels(batch[schema.ACTION], self.workspace)
             if self.training and (config.augment_translation > 0 or config.augment_yaw > 0):
-                motion = sample_motion(position, self.workspace, config.augment_translation, config.augment_yaw)
-                heading, lift = motion.yaw, motion.translation
-                if schema.EXTRINSICS in batch:
-                    batch = batch | {schema.EXTRINSICS: motion.move_cameras(batch[schema.EXTRINSICS].float())}
-                position, quaternion = position + motion.translation, motion.move_quaternion(quaternion)
-                if effector is not None:
-                    tcp = motion.move_points(effector[:, schema.POSITION])
-                    turned = motion.move_quaternion(effector[:, schema.QUATERNION])
-                    effector = torch.cat((tcp, turned, effector[:, schema.GRIPPER :]), dim=1)
-            target = self._to_unit(position)
+                motion = sample_motion(labels.position, self.workspace, config.augment_translation, config.augment_yaw)
+                batch, labels = moved(batch, labels, motion)
+            target = self._to_unit(labels.position)
             cloud = fuse_views(batch, config.cameras, self.workspace)
+            hand = read_proprioception(batch, config)
         texts = read_texts(batch, config)
         if self.training:
-            texts = [reworded(text, config.paraphrase_probability, self._rng) for text in texts]
+            texts[-1] = [reworded(text, config.paraphrase_probability, self._rng) for text in texts[-1]]
         with self._autocast():
-            scene, proprioception = self._scene(cloud, effector, texts, lift)
-            coarse = self.coarse(scene, torch.zeros_like(target), 1.0)
-            low, extent = self._crop(target + self._crop_noise(target))
-            fine = self.fine(scene, low, extent)
-            local = (target - low) / extent
-            angles, gripper, collision = self._read_pose(fine, local, scene, proprioception, heading)
-        sigma = shrinking_sigma(
-            int(self.training_step), config.heat_sigma_start, config.heat_sigma_end, config.heat_shrink_steps
-        )
+            scene = self._scene(cloud, hand, texts, labels.lift)
+            looks = {"coarse": (self.coarse(scene, torch.zeros_like(target), 1.0), target)}
+            if self.fine is not None:
+                low, extent = self._crop(target + self._crop_noise(target))
+                looks["fine"] = (self.fine(scene, low, extent), (target - low) / extent)
+            seen, local = looks["fine"] if "fine" in looks else looks["coarse"]
+            pose = self._read_pose(seen, local, scene, hand, labels.heading, labels.quaternion)
+        loss, figures = self._loss(looks, pose, labels)
         if self.training:
             self.training_step += 1
-        action = batch[schema.ACTION]
-        bins = angle_bins(quaternion_to_angles(quaternion), config.rotation_bins)
-        parts = {
-            "coarse_loss": self._heat_loss(coarse, target, sigma),
-            "fine_loss": self._heat_loss(fine, local, sigma),
-            "rotation_loss": F.cross_entropy(angles.flatten(0, 1), bins.flatten(), reduction="none").view(-1, 3).sum(1),
-            "gripper_loss": F.cross_entropy(gripper, (action[:, schema.GRIPPER] > 0.5).long(), reduction="none"),
-            "collision_loss": F.cross_entropy(
-                collision, (action[:, schema.IGNORE_COLLISION] > 0.5).long(), reduction="none"
-            ),
-        }
-        loss = (
-            config.position_weight * (parts["coarse_loss"] + parts["fine_loss"])
-            + config.rotation_weight * parts["rotation_loss"]
-            + config.gripper_weight * parts["gripper_loss"]
-            + config.collision_weight * parts["collision_loss"]
-        )
-        figures: dict[str, Any] = {key: value.detach().mean().item() for key, value in parts.items()}
-        figures["coarse_within_2cm"] = self._within(coarse, target, 0.02)
-        figures["fine_within_5mm"] = self._within(fine, local, 0.005 / extent)
-        figures["rotation_right"] = (angles.argmax(-1) == bins).all(dim=1).float().mean().item()
-        figures["gripper_right"] = (gripper.argmax(-1) == (action[:, schema.GRIPPER] > 0.5)).float().mean().item()
         if config.weight_key in batch:
             loss = loss * batch[config.weight_key].to(loss).reshape(len(loss))
         return (loss if reduction == "none" else loss.mean()), figures
@@ -175,21 +152,21 @@ class LlakeyActionPolicy(PreTrainedPolicy):
         config = self.config
         with torch.autocast(self.workspace.device.type, enabled=False):
             cloud = fuse_views(batch, config.cameras, self.workspace)
-            effector = batch[schema.STATE].float() if config.use_state else None
+            hand = read_proprioception(batch, config)
         with self._autocast():
             texts = read_texts(batch, config)
-            whole = torch.zeros(len(texts), 3, device=self.workspace.device)
-            scene, proprioception = self._scene(cloud, effector, texts, whole)
-            centre = locate(self.coarse(scene, whole, 1.0).heat, config.views)
-            low, extent = self._crop(centre)
-            fine = self.fine(scene, low, extent)
-            local = locate(fine.heat, config.views)
-            heading = torch.zeros_like(local[:, 0])
-            angles, gripper, collision = self._read_pose(fine, local, scene, proprioception, heading)
+            low, extent = torch.zeros(len(texts[0]), 3, device=self.workspace.device), 1.0
+            scene = self._scene(cloud, hand, texts, torch.zeros_like(low))
+            seen = self.coarse(scene, low, extent)
+            local = locate(seen.heat, config.views)
+            if self.fine is not None:
+                low, extent = self._crop(local)
+                seen = self.fine(scene, low, extent)
+                local = locate(seen.heat, config.views)
+            pose = self._read_pose(seen, local, scene, hand, torch.zeros_like(local[:, 0]))
         position = self._from_unit(low + local * extent)
-        quaternion = angles_to_quaternion(bin_angles(angles.argmax(dim=-1), config.rotation_bins))
-        flags = torch.stack((gripper.argmax(dim=-1), collision.argmax(dim=-1)), dim=-1)
-        return torch.cat((position, quaternion, flags.to(position)), dim=-1)
+        flags = torch.stack((pose.gripper.argmax(dim=-1), pose.collision.argmax(dim=-1)), dim=-1)
+        return torch.cat((position, self.pose.quaternion(pose), flags.to(position)), dim=-1)
 
     def _autocast(self) -> torch.autocast:
         enabled = self.config.dtype == "bfloat16"
@@ -211,54 +188,50 @@ class LlakeyActionPolicy(PreTrainedPolicy):
         share = self.config.crop_noise / (self.workspace[:, 1] - self.workspace[:, 0])
         return (torch.rand_like(target) * 2 - 1) * share
 
-    def _targets(self, action: Tensor) -> tuple[Tensor, Tensor]:
-        position, quaternion = action[:, schema.POSITION].float(), action[:, schema.QUATERNION].float()
-        outside = ~inside(position, self.workspace)
-        if outside.any():
-            row = int(outside.nonzero()[0])
-            raise ValueError(
-                f"Expected keyframes inside the workspace {self.workspace.tolist()} (metres), got "
-                f"{[round(number, 3) for number in position[row].tolist()]} in {schema.ACTION} at batch row {row}; "
-                "widen policy.workspace."
-            )
-        return position, F.normalize(quaternion, dim=-1)
-
-    def _scene(
-        self, cloud: PointCloud, effector: Tensor | None, texts: Sequence[str], lift: Tensor
-    ) -> tuple[Scene, Tensor]:
-        words, padding = self.text(texts)
-        rows = len(texts)
-        if effector is None:
-            place = torch.full((rows, 3), torch.nan, device=words.device)
-            proprioception = torch.zeros(rows, PROPRIOCEPTION, device=words.device)
-        else:
-            place = self._to_unit(effector[:, schema.POSITION])
-            angles = quaternion_to_angles(F.normalize(effector[:, schema.QUATERNION], dim=-1))
-            opening = effector[:, schema.GRIPPER, None]
-            proprioception = torch.cat((opening, angles.sin(), angles.cos()), dim=1)
-        sentence = self.sentence(words, padding).flatten(1)
-        condition = self.condition(torch.cat((sentence, proprioception.to(sentence.dtype)), dim=1))
-        points = self._to_unit(cloud.points)
+    def _scene(self, cloud: PointCloud, hand: Proprioception, texts: Sequence[Sequence[str]], lift: Tensor) -> Scene:
+        encoded = [self.text(part) for part in texts]
+        words, padding = encoded[0] if self.roles is None else self.roles(encoded)
+        condition = hand.vector
+        if self.design.grounded:
+            sentence = self.sentence(words, padding).flatten(1)
+            condition = self.condition(torch.cat((sentence, condition.to(sentence.dtype)), dim=1))
         base = lift / (self.workspace[:, 1] - self.workspace[:, 0])
-        return Scene(points, cloud.colours, cloud.rows, base, place, condition, words, padding), proprioception
+        points, place = self._to_unit(cloud.points), self._to_unit(hand.place)
+        return Scene(points, cloud.colours, cloud.rows, base, place, condition, words, padding)
 
     def _read_pose(
-        self, fine: ViewOutput, local: Tensor, scene: Scene, proprioception: Tensor, heading: Tensor
-    ) -> tuple[Tensor, Tensor, Tensor]:
-        there = features_at(fine.features, local, self.config.views)
-        parts = (there, self.summary(fine.summary), scene.condition, proprioception)
-        present = torch.atan2(proprioception[:, 1:4], proprioception[:, 4:7])
-        return self.pose(torch.cat([part.float() for part in parts], dim=1), present, heading)
+        self,
+        seen: ViewOutput,
+        local: Tensor,
+        scene: Scene,
+        hand: Proprioception,
+        heading: Tensor,
+        truth: Tensor | None = None,
+    ) -> PoseOutput:
+        parts = [self.design.pool(seen, local, self.config.views), self.summary(seen.summary)]
+        if self.design.grounded:
+            parts += [scene.condition, hand.vector]
+        return self.pose(torch.cat([part.float() for part in parts], dim=1), hand.angles, heading, truth)
 
-    def _heat_loss(self, output: ViewOutput, point: Tensor, sigma: float) -> Tensor:
-        target = heat_target(project(point, self.config.views), self.config.view_size, sigma)
-        logs = output.heat.flatten(2).log_softmax(dim=-1)
-        return -(target.flatten(2) * logs).sum(dim=-1).mean(dim=1)
-
-    def _within(self, output: ViewOutput, point: Tensor, distance: float) -> float:
-        """Share of views whose hottest pixel lies within a distance (in units of the stage's cube) of the target."""
-        size = self.config.view_size
-        best = output.heat.detach().flatten(2).argmax(dim=-1)
-        spot = torch.stack((best // size, best % size), dim=-1).add(0.5) / size
-        offset = (spot - project(point, self.config.views)).norm(dim=-1)
-        return (offset <= distance).float().mean().item()
+    def _loss(
+        self, looks: dict[str, tuple[ViewOutput, Tensor]], pose: PoseOutput, labels: Labels
+    ) -> tuple[Tensor, dict[str, Any]]:
+        """The loss (B,) from each stage's output with the target in its cube, and the figures to log."""
+        config, views = self.config, self.config.views
+        sigma = shrinking_sigma(
+            int(self.training_step), config.heat_sigma_start, config.heat_sigma_end, config.heat_shrink_steps
+        )
+        parts = {f"{name}_loss": heat_loss(seen, point, views, sigma) for name, (seen, point) in looks.items()}
+        loss = config.position_weight * torch.stack(list(parts.values())).sum(dim=0)
+        parts["rotation_loss"] = self.pose.rotation_loss(pose, labels.quaternion)
+        parts["gripper_loss"] = flag_loss(pose.gripper, labels.gripper)
+        parts["collision_loss"] = flag_loss(pose.collision, labels.collision)
+        for name in ("rotation", "gripper", "collision"):
+            loss = loss + getattr(config, f"{name}_weight") * parts[f"{name}_loss"]
+        figures: dict[str, Any] = {key: value.detach().mean().item() for key, value in parts.items()}
+        figures["coarse_within_2cm"] = share_within(*looks["coarse"], views, 0.02)
+        if "fine" in looks:
+            figures["fine_within_5mm"] = share_within(*looks["fine"], views, 0.005 / self._crop(labels.position)[1])
+        figures["rotation_within_5_degrees"] = share_turned_less(self.pose.quaternion(pose), labels.quaternion, 5.0)
+        figures["gripper_right"] = share_right(pose.gripper, labels.gripper)
+        return loss, figures

@@ -1,4 +1,4 @@
-"""The network of one stage: rendered views and words to a heat map for each view.
+"""The network of our own design, ``small``: rendered views and words to a heat map for each view.
 
 A convolutional U-net that shares its weights between the views, with a transformer over the coarsest tokens of all
 views and the words (RVT's joint attention). Every block is modulated by the text: which thing is meant then needs no
@@ -8,30 +8,15 @@ attention to be found.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import torch
 from torch import Tensor, nn
 
 from lerobot_llakey.policies.action.blocks import ConvBlock, Down, Film, TokenBlock, Up
+from lerobot_llakey.policies.action.view_network import ViewNetwork, ViewOutput
 
 
-@dataclass
-class ViewOutput:
-    """What a stage sees.
-
-    Attributes:
-        heat: (B, V, S, S) logits over the pixels of each view.
-        features: (B, V, S / 4, S / 4, C) features around each pixel.
-        summary: (B, D) features of the whole scene.
-    """
-
-    heat: Tensor
-    features: Tensor
-    summary: Tensor
-
-
-class MultiViewNetwork(nn.Module):
+class MultiViewNetwork(ViewNetwork):
     """Views (B, V, S, S, C) to heat maps.
 
     Args:
@@ -77,9 +62,12 @@ class MultiViewNetwork(nn.Module):
         self.head = Up(fine, 1, 4)
         # A short way from colour to heat: which colour a word means is learned through it within a few hundred steps.
         self.match_head = nn.Linear(matches, 1)
+        self.feature_width, self.summary_width = fine, coarse
 
-    def forward(self, images: Tensor, matches: Tensor, condition: Tensor, words: Tensor, padding: Tensor) -> ViewOutput:
-        """Images (B, V, S, S, C), matches (B, V, S, S, Q), condition (B, D), words (B, T, W), padding (B, T) bool."""
+    def forward(
+        self, images: Tensor, matches: Tensor | None, condition: Tensor, words: Tensor, padding: Tensor
+    ) -> ViewOutput:
+        assert matches is not None  # the design asks its stage for them
         fine = self.stem(images) + self.match_stem(matches)
         fine = fine + self.view_bias.to(fine.dtype)
         for block in self.fine:

@@ -1,4 +1,4 @@
-"""A small word-level text encoder that is trained along with the policy and needs no vocabulary file."""
+"""How texts become word vectors: by a small encoder that is trained along and needs no vocabulary file, by default."""
 
 from __future__ import annotations
 
@@ -11,8 +11,6 @@ import torch
 from torch import Tensor, nn
 
 _WORD = re.compile(r"[a-z0-9]+|\|")
-SEPARATOR = " | "
-"""Between two texts that are read as one, such as the task and the instruction."""
 
 
 @lru_cache(maxsize=4096)
@@ -44,7 +42,7 @@ class TextEncoder(nn.Module):
 
     def __init__(self, width: int, layers: int, buckets: int, length: int) -> None:
         super().__init__()
-        self.buckets, self.length = buckets, length
+        self.buckets, self.length, self.width = buckets, length, width
         self.first = nn.Embedding(buckets + 1, width)
         self.second = nn.Embedding(buckets + 1, width)
         self.positions = nn.Parameter(torch.randn(length, width) * 0.3)
@@ -81,3 +79,16 @@ class QueryPool(nn.Module):
     def forward(self, words: Tensor, padding: Tensor) -> Tensor:
         scores = self.scores(words).masked_fill(padding[..., None], float("-inf"))
         return scores.softmax(dim=1).transpose(1, 2) @ self.values(words)
+
+
+class TextRoles(nn.Module):
+    """Puts the words of several texts side by side, each marked with what its text is: the task or the instruction."""
+
+    def __init__(self, texts: int, width: int) -> None:
+        super().__init__()
+        self.marks = nn.Parameter(torch.randn(texts, width) * 0.3)
+
+    def forward(self, encoded: Sequence[tuple[Tensor, Tensor]]) -> tuple[Tensor, Tensor]:
+        """Word vectors (B, T, width) and padding (B, T) of each text, to those of all (B, sum of T, ...)."""
+        words = [words + mark for (words, _), mark in zip(encoded, self.marks, strict=True)]
+        return torch.cat(words, dim=1), torch.cat([padding for _, padding in encoded], dim=1)

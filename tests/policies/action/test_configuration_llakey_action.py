@@ -25,8 +25,16 @@ def test_settings_survive_saving(tmp_path):
     [
         ({"condition_on": "words"}, "condition_on out of"),
         ({"instruction_source": "me"}, "instruction_source out of"),
-        ({"dtype": "int8"}, "dtype 'bfloat16' or 'float32', got 'int8'"),
-        ({"view_size": 100}, "multiple of 16, got 100"),
+        ({"dtype": "int8"}, "dtype out of 'bfloat16', 'float32', got 'int8'"),
+        ({"design": "rvt3"}, "design out of 'small', 'rvt', 'rvt2', got 'rvt3'"),
+        ({"stages": 3}, "stages out of 1, 2, got 3"),
+        ({"rotation": "euler"}, "rotation out of 'bins', 'bins_in_turn', 'sixd'"),
+        ({"rotation_frames": ["view", "wall"]}, r"rotation_frames out of view, hand, base, got \['view', 'wall'\]"),
+        ({"rotation_frames": []}, "pick one or more"),
+        ({"proprioception": "all"}, "proprioception out of 'pose', 'gripper'"),
+        ({"view_size": 100}, "multiple of 16 for design 'small', got 100; try 96"),
+        ({"design": "rvt", "patch_size": 11, "view_size": 224}, "multiple of 11 for design 'rvt', got 224; try 220"),
+        ({"design": "rvt2", "view_size": 112, "transformer_heads": 6}, "divide token_width, got 6 and 512"),
         ({"workspace": [[0, 1], [1, 0], [0, 1]]}, "low, high"),
         ({"views": ["top", "below"]}, "views out of"),
         ({"views": ["front", "back"]}, "x, y and z"),
@@ -62,3 +70,13 @@ def test_text_columns_are_dropped_from_the_input_features():
     assert schema.INSTRUCTION in config.input_features
     config.narrow_features()
     assert sorted(config.input_features) == sorted(config.required_features())
+
+
+def test_the_timestep_needs_its_column():
+    config = small_config(use_timestep=True)
+    config.validate_features()
+    config.narrow_features()
+    assert schema.STEP in config.input_features
+    del config.input_features[schema.STEP]
+    with pytest.raises(ValueError, match=r"column observation\.step .* for policy\.use_timestep, got none"):
+        config.validate_features()

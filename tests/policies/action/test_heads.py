@@ -1,11 +1,9 @@
-import math
-
-import pytest
 import torch
 
-from lerobot_llakey.policies.action.heads import PoseHead, features_at, locate, shift_bins
+from lerobot_llakey.policies.action.heads import features_at, heat_weighted, locate
 from lerobot_llakey.policies.action.renderer import project
 from lerobot_llakey.policies.action.targets import heat_target
+from lerobot_llakey.policies.action.view_network import ViewOutput
 
 VIEWS = ("top", "front", "side")
 
@@ -35,36 +33,18 @@ def test_features_are_read_at_the_projections():
     assert torch.allclose(features_at(maps, point, VIEWS), expected, atol=1e-5)
 
 
-@pytest.mark.parametrize(("present", "expected"), [(0, 3), (10, 13), (70, 1), (-5, 70)])
-def test_relative_votes_turn_with_the_present_angle(present, expected):
-    relative = torch.zeros(1, 72)
-    relative[0, 3] = 1.0
-    shifted = shift_bins(relative, torch.tensor([math.radians(5.0 * present + 0.01)]))
-    assert shifted.argmax().item() == expected
-    assert shifted.sum().item() == pytest.approx(1.0, abs=1e-5)
+def test_heat_weighted_features_are_the_hot_pixels():
+    heat = torch.full((1, 3, 4, 4), -30.0)
+    heat[0, 0, 1, 2] = heat[0, 1, 3, 0] = 30.0
+    heat[0, 2] = 0.0  # equally warm everywhere
+    features = torch.randn(1, 3, 4, 4, 5)
+    pooled = heat_weighted(ViewOutput(heat, features, torch.zeros(1, 1)), torch.zeros(1, 3), VIEWS).view(3, 5)
+    expected = torch.stack((features[0, 0, 1, 2], features[0, 1, 3, 0], features[0, 2].mean(dim=(0, 1))))
+    assert torch.allclose(pooled, expected, atol=1e-5)
 
 
-def test_relative_votes_between_bins_are_shared():
-    relative = torch.zeros(1, 72)
-    relative[0, 0] = 1.0
-    shifted = shift_bins(relative, torch.tensor([math.radians(11.0)]))[0]
-    assert shifted[2].item() == pytest.approx(0.8, abs=1e-3)
-    assert shifted[3].item() == pytest.approx(0.2, abs=1e-3)
-
-
-def test_votes_turn_with_the_hand_and_with_the_base():
-    head = PoseHead(4, 72, 8)
-    votes = torch.zeros(3, 3, 72)
-    votes[1, 1, 4], votes[2, 0, 7] = 5.0, 5.0  # the second angle from the hand, the first from the base
-    torch.nn.init.zeros_(head.votes.weight)
-    head.votes.bias.data = votes.flatten()
-    present = torch.deg2rad(torch.tensor([[0.0, 25.0, 0.0]]))
-    angles, _, _ = head(torch.randn(1, 4), present, torch.deg2rad(torch.tensor([15.0])))
-    assert angles[0, 0].argmax().item() == 10
-    assert angles[0, 1].argmax().item() == 9
-
-
-def test_the_pose_head_gives_logits_of_each_part():
-    angles, gripper, collision = PoseHead(10, 72, 16)(torch.randn(3, 10), torch.zeros(3, 3), torch.zeros(3))
-    assert angles.shape == (3, 3, 72)
-    assert gripper.shape == collision.shape == (3, 2)
+def test_the_pose_does_not_steer_the_heat_map():
+    heat = torch.randn(1, 3, 4, 4, requires_grad=True)
+    features = torch.randn(1, 3, 4, 4, 5, requires_grad=True)
+    heat_weighted(ViewOutput(heat, features, torch.zeros(1, 1)), torch.zeros(1, 3), VIEWS).sum().backward()
+    assert heat.grad is None and features.grad.any()

@@ -8,6 +8,28 @@ from fakes_action import observation, small_config
 from lerobot_llakey import schema
 from lerobot_llakey.policies.action.modeling_llakey_action import LlakeyActionPolicy
 
+PUBLISHED = {"view_size": 20, "patch_size": 4, "token_width": 32, "transformer_layers": 2, "proprioception": "gripper"}
+DESIGNS = pytest.mark.parametrize(
+    "settings",
+    [
+        {"design": "rvt", "stages": 1, "views": ["top", "front", "back", "left", "side"], "rotation_frames": ["view"]},
+        {"design": "rvt", "rotation": "sixd", "condition_on": "both"},
+        {"design": "rvt2", "rotation": "bins_in_turn", "condition_on": "task", "use_timestep": True},
+        {"stages": 1, "rotation": "sixd"},
+        {"rotation": "bins_in_turn", "condition_on": "both", "use_timestep": True},
+    ],
+    ids=["rvt", "rvt-twice", "rvt2", "small-once", "small-in-turn"],
+)
+
+
+def sized(settings):
+    return settings if settings.get("design", "small") == "small" else PUBLISHED | settings
+
+
+def timed_observation(rows, seed=0):
+    batch, _, _ = observation(rows, seed)
+    return batch | {schema.STEP: torch.arange(float(rows))[:, None]}
+
 
 def make_policy(**settings):
     torch.manual_seed(0)
@@ -122,3 +144,80 @@ def test_a_dataset_without_instructions_is_refused_unless_the_task_steers():
     with pytest.raises(ValueError, match="without instruction columns"):
         LlakeyActionPolicy(small_config(), dataset_meta=meta)
     LlakeyActionPolicy(small_config(condition_on="task"), dataset_meta=meta)
+
+
+@DESIGNS
+def test_every_design_trains_all_it_has_and_decides_alike_once_saved(settings, tmp_path):
+    policy = make_policy(**sized(settings))
+    batch = timed_observation(rows=2)
+    optimiser = torch.optim.SGD(policy.get_optim_params(), lr=1e-2)
+    for _ in range(2):
+        optimiser.zero_grad()
+        loss, figures = policy.forward(batch)
+        loss.backward()
+        optimiser.step()
+    assert loss.item() == pytest.approx(sum(value for key, value in figures.items() if "loss" in key), rel=1e-4)
+    assert ("fine_loss" in figures) == (settings.get("stages", 2) == 2)
+    assert not [name for name, value in policy.named_parameters() if value.grad is None or not value.grad.any()]
+    action = policy.select_action(batch)
+    assert action.shape == (2, schema.ACTION_DIM) and action.isfinite().all()
+    policy.save_pretrained(tmp_path)
+    assert torch.equal(LlakeyActionPolicy.from_pretrained(tmp_path).select_action(batch), action)
+
+
+@DESIGNS
+def test_every_design_runs_in_bfloat16(settings):
+    policy = make_policy(**sized(settings)).eval()
+    batch = timed_observation(rows=2)
+    exact, _ = policy.forward(batch)
+    policy.config.dtype = "bfloat16"
+    rough, _ = policy.forward(batch)
+    rough.backward()
+    assert exact.item() == pytest.approx(rough.item(), rel=0.02)
+    assert policy.select_action(batch).dtype == torch.float32
+
+
+def test_each_conditioning_reaches_the_decision():
+    batch = timed_observation(rows=1)
+    policy = make_policy(condition_on="both", use_timestep=True)
+    # Films start at zero: after a step of training everything has a say.
+    optimiser = torch.optim.SGD(policy.get_optim_params(), lr=1e-1)
+    policy.forward(batch)[0].backward()
+    optimiser.step()
+    policy.eval()
+    plain = policy.forward(batch)[0].item()
+    changes = {schema.TASK: ["close the jar"], schema.INSTRUCTION: ["release it"], schema.STEP: torch.tensor([[9.0]])}
+    for key, value in changes.items():
+        assert abs(policy.forward(batch | {key: value})[0].item() - plain) > 1e-4, key
+
+
+def test_the_timestep_is_asked_for_only_where_it_is_used():
+    batch = timed_observation(rows=1)
+    del batch[schema.STEP]
+    make_policy().select_action(batch)
+    with pytest.raises(ValueError, match=r"Expected observation\.step .* got none"):
+        make_policy(use_timestep=True).select_action(batch)
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {"design": "rvt", "stages": 1, "view_size": 24, "patch_size": 3},
+        {"design": "rvt2", "rotation": "bins_in_turn", "view_size": 32, "patch_size": 8, "crop_noise": 0.02},
+    ],
+    ids=["rvt", "rvt2"],
+)
+def test_published_designs_learn_a_batch_by_heart(settings):
+    plain = {"augment_yaw": 0.0, "augment_translation": 0.0, "heat_shrink_steps": 30}
+    policy = make_policy(**(PUBLISHED | plain | settings))
+    batch, _, _ = observation(rows=2)
+    optimiser = torch.optim.AdamW(policy.get_optim_params(), lr=5e-3)
+    for _ in range(60):
+        loss, _ = policy.forward(batch)
+        optimiser.zero_grad()
+        loss.backward()
+        optimiser.step()
+    action = policy.select_action(batch)
+    error = (action - batch[schema.ACTION])[:, schema.POSITION].norm(dim=1)
+    assert error.max() < 1 / policy.config.view_size
+    assert torch.allclose(action[:, 3:], batch[schema.ACTION][:, 3:], atol=1e-5)

@@ -1,4 +1,4 @@
-"""The network of a stage: shapes, and what may and may not change its answer."""
+"""The network of our own design: shapes, and what may and may not change its answer."""
 
 from collections.abc import Iterator
 

@@ -1,81 +1,59 @@
+import pytest
 import torch
 
 from fakes_action import small_config
-from lerobot_llakey.policies.action.renderer import splat
-from lerobot_llakey.policies.action.stage import GEOMETRY_CHANNELS, Scene, Stage
+from lerobot_llakey.policies.action.scene import Scene
+from lerobot_llakey.policies.action.stage import Stage
 
-VIEWS = 3
+PUBLISHED = {"view_size": 44, "patch_size": 11, "token_width": 32, "transformer_layers": 2}
 
 
-def make_scene(points, lift=0.0, effector=(0.5, 0.5, 0.5)):
+def make_scene(points: list[list[float]], text_width: int = 32) -> Scene:
     count = len(points)
     return Scene(
         points=torch.tensor(points),
         colours=torch.linspace(0.2, 0.9, 3 * count).view(count, 3),
         rows=torch.zeros(count, dtype=torch.int64),
-        base=torch.tensor([[0.0, 0.0, lift]]),
-        effector=torch.tensor([effector]),
-        condition=torch.randn(1, 16),
-        words=torch.randn(1, 4, 32),
+        base=torch.zeros(1, 3),
+        effector=torch.full((1, 3), 0.5),
+        condition=torch.randn(1, 16, generator=torch.Generator().manual_seed(0)),
+        words=torch.randn(1, 4, text_width, generator=torch.Generator().manual_seed(1)),
         padding=torch.zeros(1, 4, dtype=torch.bool),
     )
 
 
-def images(stage, scene, low=0.0, extent=1.0):
-    corner = torch.full((1, 3), low)
-    index = splat((scene.points - low) / extent, scene.rows, 1, stage.views, stage.size)
-    return stage.geometry(scene, index, corner, extent, torch.float32)[0], index[0]
-
-
-def make_stage():
+def make_stage(**settings) -> Stage:
     torch.manual_seed(0)
-    return Stage(small_config(), condition=16, splat_radius=0)
+    return Stage(small_config(**settings), condition=16, text_width=32, splat_radius=0).eval()
 
 
-def test_a_pixel_shows_its_point():
-    scene = make_scene([[0.3, 0.6, 0.2], [0.8, 0.1, 0.9]])
-    pixels, index = images(make_stage(), scene)
-    assert pixels.shape == (VIEWS, 64, 64, GEOMETRY_CHANNELS)
-    for view, (row, column, depth) in enumerate(((0, 1, 2), (2, 1, 0), (2, 0, 1))):
-        for point in range(2):
-            pixel = pixels[view][index[view] == point][0]
-            place = scene.points[point]
-            assert torch.allclose(pixel[:3], scene.colours[point])
-            assert pixel[3] == 1
-            expected = torch.stack((place[depth], place[depth], place[row], place[column])) - 0.5
-            assert torch.allclose(pixel[4:8], expected, atol=0.5 / 64 + 1e-6)
-    assert (pixels[index < 0][:, :6] == 0).all()
-
-
-def test_a_crop_knows_where_it_is():
-    scene = make_scene([[0.50, 0.55, 0.45]])
-    pixels, index = images(make_stage(), scene, low=0.4, extent=0.2)
-    pixel = pixels[0][index[0] == 0][0]
-    assert torch.allclose(pixel[4:8], torch.tensor([-0.25, -0.05, 0.0, 0.05]), atol=0.2 / 64)
-
-
-def test_heights_are_told_from_the_base():
-    stage = make_stage()
-    plain, index = images(stage, make_scene([[0.3, 0.6, 0.2]]))
-    lifted, moved = images(stage, make_scene([[0.3, 0.6, 0.3]], lift=0.1))
-    for view in range(VIEWS):
-        before, after = plain[view][index[view] == 0][0], lifted[view][moved[view] == 0][0]
-        assert torch.allclose(before[5:8], after[5:8], atol=1.01 / 64)
-
-
-def test_the_end_effector_is_marked_unless_it_is_unknown_or_out_of_view():
-    stage = make_stage()
-    marked, _ = images(stage, make_scene([[0.3, 0.6, 0.2]], effector=(0.25, 0.75, 0.5)))
-    for view, (row, column) in enumerate(((0.25, 0.75), (0.5, 0.75), (0.5, 0.25))):
-        best = torch.stack(torch.unravel_index(marked[view, ..., 8].argmax(), (64, 64)))
-        assert (best - torch.tensor([row * 64, column * 64])).abs().max() <= 1
-    for effector in ((torch.nan,) * 3, (5.0, 5.0, 5.0)):
-        blank, _ = images(stage, make_scene([[0.3, 0.6, 0.2]], effector=effector))
-        assert (blank[..., 8] == 0).all()
-
-
-def test_a_stage_scores_every_pixel_of_a_cube_even_if_it_is_empty():
-    output = make_stage()(make_scene([[0.9, 0.9, 0.9]]), torch.full((1, 3), 0.1), 0.2)
-    assert output.heat.shape == (1, VIEWS, 64, 64)
-    assert output.features.shape == (1, VIEWS, 16, 16, 16)
+@pytest.mark.parametrize(
+    ("design", "size", "grid", "width"), [("small", 64, 16, 16), ("rvt", 44, 44, 64), ("rvt2", 44, 4, 128)]
+)
+def test_a_stage_scores_every_pixel_of_a_cube_even_if_it_is_empty(design, size, grid, width):
+    stage = make_stage(design=design, **({} if design == "small" else PUBLISHED))
+    output = stage(make_scene([[0.9, 0.9, 0.9]]), torch.full((1, 3), 0.1), 0.2)
+    assert output.heat.shape == (1, 3, size, size)
+    assert output.features.shape == (1, 3, grid, grid, width)
     assert output.heat.isfinite().all()
+    assert stage.network.feature_width == width
+    assert output.summary.shape == (1, stage.network.summary_width)
+
+
+def test_only_our_own_design_matches_colours():
+    assert make_stage().grounding is not None
+    assert make_stage(design="rvt2", **PUBLISHED).grounding is None
+
+
+@pytest.mark.parametrize("design", ["rvt", "rvt2"])
+def test_a_crop_of_a_published_design_looks_the_same_wherever_it_lies(design):
+    stage = make_stage(design=design, **PUBLISHED)
+    points = torch.rand(200, 3, generator=torch.Generator().manual_seed(2)) * 0.125 + 0.25
+    low, shift = torch.full((1, 3), 0.25), torch.tensor([0.25, -0.125, 0.5])  # exact in binary
+    points = (points * 2**12).round() / 2**12
+    still = stage(make_scene(points.tolist()), low, 0.125)
+    moved = stage(make_scene((points + shift).tolist()), low + shift, 0.125)
+    stayed = stage(make_scene((points + shift / 8).tolist()), low, 0.125)
+    assert torch.equal(still.heat, moved.heat)
+    assert torch.equal(still.features, moved.features)
+    assert not torch.allclose(still.heat, stayed.heat, atol=1e-3)

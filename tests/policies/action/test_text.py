@@ -1,7 +1,7 @@
 import torch
 
 from lerobot_llakey import instructions
-from lerobot_llakey.policies.action.text import QueryPool, TextEncoder, hash_words
+from lerobot_llakey.policies.action.text import QueryPool, TextEncoder, TextRoles, hash_words
 
 
 def words_of_the_grammar():
@@ -55,3 +55,20 @@ def test_word_order_matters():
 def test_an_empty_text_is_finite():
     encoder, pool = TextEncoder(32, 1, 64, 16), QueryPool(32, 2, 8)
     assert pool(*encoder(["", "grasp"])).isfinite().all()
+
+
+def test_two_texts_stand_side_by_side_and_swapping_them_is_seen():
+    torch.manual_seed(0)
+    encoder, roles, pool = TextEncoder(32, 1, 64, 16).eval(), TextRoles(2, 32), QueryPool(32, 2, 8)
+    task, instruction = encoder(["close the red jar"]), encoder(["grasp the lid"])
+    words, padding = roles([task, instruction])
+    assert words.shape == (1, 7, 32) and padding.shape == (1, 7)
+    swapped = pool(*roles([instruction, task]))
+    assert not torch.allclose(pool(words, padding), swapped, atol=1e-3)
+
+
+def test_a_long_task_does_not_cut_the_instruction():
+    encoder, roles = TextEncoder(32, 1, 64, 4).eval(), TextRoles(2, 32)
+    task = encoder(["a task of many more words than four"])
+    both = [roles([task, encoder([text])])[0] for text in ("grasp the lid", "release the lid")]
+    assert not torch.allclose(*both, atol=1e-3)
