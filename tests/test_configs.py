@@ -19,4 +19,10 @@ def test_recipe_is_read(path: Path) -> None:
 
 
 def test_there_are_recipes() -> None:
-    assert {path.stem for path in CONFIGS} >= {"action_small", "command_small"}
+    assert {path.stem for path in CONFIGS} >= {
+        "action_small",
+        "action_rvt",
+        "action_rvt2",
+        "action_rvt_baseline",
+        "command_small",
+    }
