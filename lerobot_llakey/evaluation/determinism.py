@@ -77,7 +77,7 @@ def digest_alone(task: str, seed: int, split: str, actions: np.ndarray) -> str:
 
 def digest_in_vector(task: str, seed: int, split: str, actions: np.ndarray, asynchronous: bool) -> str:
     """What actions (N, 9) show in the second row of a vector environment."""
-    vector = LlakeySimConfig(task=task, split=split).create_envs(2, use_async_envs=asynchronous)[task][0]
+    vector: Any = LlakeySimConfig(task=task, split=split).create_envs(2, use_async_envs=asynchronous)[task][0]
     digest = hashlib.sha256()
     _add(digest, _row(vector.reset(seed=[seed + 1, seed])[0], 1))
     for action in actions:

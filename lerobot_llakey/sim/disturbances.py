@@ -1,40 +1,21 @@
-"""Unforeseen events that strike once an episode, at a seeded moment (paper, Figure 6)."""
+"""What may come between the asking for an action and its carrying out."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from lerobot_llakey.geometry import Pose
-from lerobot_llakey.sim.planning import PlanningError
-from lerobot_llakey.sim.snapshot import Snapshot
+from lerobot_llakey.sim.events import EVENTS, Event
+from lerobot_llakey.sim.imprecision import Imprecision
 
 if TYPE_CHECKING:
     from lerobot_llakey.sim.world import World
 
-EVENTS = ("drop", "block", "shift", "empty_grasp")
-"""Kinds of unforeseen events: (a), (b), (c) and (d) of Figure 6."""
 IMPRECISE = "imprecise"
 DISTURBANCES = (*EVENTS, IMPRECISE)
-
-_SHORTEST_CARRY = 0.05
-"""Metres that the hand must travel for what it holds to fall on the way."""
-_FALL = (0.25, 0.7)
-"""Share of the way after which the thing falls."""
-_FALL_SECONDS, _LET_GO_SECONDS = 0.5, 0.3
-_DRAG = (0.02, 0.05)
-_TURN = np.deg2rad((30.0, 60.0))
-_SHORT_OF = (0.045, 0.06)
-"""Metres short of the thing at which an empty grasp closes."""
-_RETREAT = {"shift": 0.08, "block": 0.06}
-"""Metres by which the hand backs off, closed, after a failed grasp."""
-_TRIES = 4
-"""Draws of an event at one moment before it waits for a later one."""
-_OFF_TARGET, _OFF_ANGLE = 0.02, np.deg2rad(12.0)
-_OFF_SHARE = 0.5
-"""Metres and radians by which an imprecise action is off at most, and the share of actions that are."""
+"""What an episode can be disturbed by."""
 
 
 class Disturbance(Protocol):
@@ -54,156 +35,6 @@ class Disturbance(Protocol):
         Raises:
             PlanningError: as :meth:`lerobot_llakey.sim.motion.Motion.execute` does.
         """
-
-
-class Event:
-    """One unforeseen event of an episode.
-
-    The event strikes where it fits: ``drop`` during one of the actions that carry something, the others at a grasp.
-    What falls, slides or turns does so by contact and gravity alone. A draw after which the expert has no way left that
-    the arm can reach (a thing off the table) is taken back and drawn anew, if need be at a later moment.
-
-    Args:
-        kind: ``drop`` (the thing in the hand falls on the way), ``block`` (a grasp fails, turns the thing crosswise and
-            leaves the closed hand standing over it), ``shift`` (a grasp fails after dragging the thing 2 to 5 cm aside)
-            or ``empty_grasp`` (the gripper closes on nothing, short of the thing).
-        rng: decides when and how.
-    """
-
-    def __init__(self, kind: str, rng: np.random.Generator) -> None:
-        self.kind, self.rng, self.struck = kind, rng, False
-        self.time: float | None = None
-        self._wait: int | None = None
-
-    def execute(self, world: World, target: Pose, gripper_open: bool, ignore_collision: bool) -> None:
-        """Carry out one keyframe action, with the event if this is its moment."""
-        self.time = None
-        if not self.struck and self._fits(world, target, gripper_open):
-            before = Snapshot.take(world)
-            for _ in range(_TRIES):
-                if self._rehearse(world, before, target, gripper_open, ignore_collision):
-                    self.struck = True
-                    return
-        world.motion.execute(target, gripper_open, ignore_collision)
-
-    def _fits(self, world: World, target: Pose, gripper_open: bool) -> bool:
-        """Whether this action is one at which the event is to strike."""
-        if self.kind != "drop":
-            return not gripper_open and not world.gripper_closed
-        if not world.held_bodies() or not _carries(world.tool, target):
-            return False
-        if self._wait is None:
-            self._wait = int(self.rng.integers(self._carries_left(world)))
-        self._wait -= 1
-        return self._wait < 0
-
-    @staticmethod
-    def _carries_left(world: World) -> int:
-        """How many of the expert's remaining actions, from the present state, carry the thing somewhere."""
-        count, hand = 0, world.tool
-        for waypoint in world.task.plan(world):
-            count += _carries(hand, waypoint.pose)
-            hand = waypoint.pose
-            if waypoint.gripper_open:
-                break
-        return max(1, count)
-
-    def _rehearse(
-        self, world: World, before: Snapshot, target: Pose, gripper_open: bool, ignore_collision: bool
-    ) -> bool:
-        """Try an event unseen; where the task can still be solved, do the same again in front of the cameras."""
-        seed = int(self.rng.integers(2**63))
-        act = {"drop": self._drop, "block": self._block, "shift": self._shift, "empty_grasp": self._empty_grasp}[
-            self.kind
-        ]
-        # From the restored moment both times: the solver's warm start is a part of what decides how things fall.
-        before.restore(world)
-        with world.unobserved():
-            try:
-                act(world, np.random.default_rng(seed), target, gripper_open, ignore_collision)
-                good = not world.held_bodies() and _solvable(world)
-            except PlanningError:
-                good = False
-        self.time = None
-        before.restore(world)
-        if good:
-            act(world, np.random.default_rng(seed), target, gripper_open, ignore_collision)
-        return good
-
-    def _drop(
-        self, world: World, rng: np.random.Generator, target: Pose, gripper_open: bool, ignore_collision: bool
-    ) -> None:
-        motion = world.motion
-        path = motion.plan(target, ignore_collision)
-        first, rest = _split(path, rng.uniform(*_FALL))
-        motion.follow(first)
-        motion.set_gripper(True)
-        self.time = float(world.data.time)
-        world.advance(_FALL_SECONDS)
-        motion.follow(rest)
-        motion.set_gripper(gripper_open)
-        motion.rest()
-
-    def _empty_grasp(
-        self, world: World, rng: np.random.Generator, target: Pose, _: bool, ignore_collision: bool
-    ) -> None:
-        world.motion.execute(target.advanced(-rng.uniform(*_SHORT_OF)), False, ignore_collision)
-        self.time = float(world.data.time)
-
-    def _shift(self, world: World, rng: np.random.Generator, target: Pose, _: bool, ignore_collision: bool) -> None:
-        heading, far = rng.uniform(-np.pi, np.pi), rng.uniform(*_DRAG)
-        world.motion.execute(target, False, ignore_collision)
-        dragged = target.shifted(x=far * float(np.cos(heading)), y=far * float(np.sin(heading)))
-        self._lose(world, dragged)
-
-    def _block(self, world: World, rng: np.random.Generator, target: Pose, _: bool, ignore_collision: bool) -> None:
-        angle = rng.uniform(*_TURN) * rng.choice((-1.0, 1.0))
-        world.motion.execute(target, False, ignore_collision)
-        # Of the two ways to turn, the arm's joints may allow one alone.
-        try:
-            turned = Pose(target.position, (target.rotation * Rotation.from_euler("z", angle)).as_quat())
-            world.motion.plan(turned, True)
-        except PlanningError:
-            turned = Pose(target.position, (target.rotation * Rotation.from_euler("z", -angle)).as_quat())
-        self._lose(world, turned)
-
-    def _lose(self, world: World, target: Pose) -> None:
-        """Move what was grasped, let go of it, back off and close the hand."""
-        world.motion.follow(world.motion.plan(target, True))
-        world.motion.set_gripper(True)
-        self.time = float(world.data.time)
-        world.advance(_LET_GO_SECONDS)
-        world.motion.execute(world.tool.advanced(-_RETREAT[self.kind]), False, True)
-
-
-class Imprecision:
-    """A hand that ends beside its mark in about every other action, by up to 2 cm and 12 degrees.
-
-    Demonstrations under it show how to go on from where a learned policy will find itself.
-
-    Args:
-        rng: decides when and how far.
-    """
-
-    def __init__(self, rng: np.random.Generator) -> None:
-        self.rng, self.struck = rng, False
-        self.time: float | None = None
-
-    def execute(self, world: World, target: Pose, gripper_open: bool, ignore_collision: bool) -> None:
-        """Carry out one keyframe action, off its mark where that pose can be reached."""
-        self.time = None
-        if self.rng.random() < _OFF_SHARE:
-            aside = _random_vector(self.rng) * self.rng.uniform(0, _OFF_TARGET)
-            turn = Rotation.from_rotvec(_random_vector(self.rng) * self.rng.uniform(0, _OFF_ANGLE))
-            beside = Pose(target.position + aside, (turn * target.rotation).as_quat())
-            try:
-                world.motion.execute(beside, gripper_open, ignore_collision)
-            except PlanningError:
-                pass
-            else:
-                self.struck, self.time = True, float(world.data.time)
-                return
-        world.motion.execute(target, gripper_open, ignore_collision)
 
 
 def make_disturbance(kind: str, rng: np.random.Generator) -> Disturbance:
@@ -228,36 +59,3 @@ def check_disturbance(kind: str) -> None:
     """
     if kind and kind not in DISTURBANCES:
         raise ValueError(f"Expected a disturbance out of {', '.join(DISTURBANCES)}, got {kind!r}; pick one of these.")
-
-
-def _random_vector(rng: np.random.Generator) -> np.ndarray:
-    """(3,) of length 1, in any direction."""
-    vector = rng.normal(size=3)
-    return vector / np.linalg.norm(vector)
-
-
-def _carries(start: Pose, target: Pose) -> bool:
-    """Whether a motion is long enough for a thing to fall on the way, and not the way down on to its target."""
-    distance, _ = start.distance(target)
-    return bool(distance >= _SHORTEST_CARRY and target.position[2] - start.position[2] > -0.7 * distance)
-
-
-def _split(path: np.ndarray, share: float) -> tuple[np.ndarray, np.ndarray]:
-    """A joint path (N, 7) in two, at a share of its length."""
-    lengths = np.concatenate(([0.0], np.cumsum(np.abs(np.diff(path, axis=0)).max(axis=1))))
-    at = share * lengths[-1]
-    middle = np.array([np.interp(at, lengths, joint) for joint in path.T])
-    before = lengths < at
-    return np.vstack((path[before], middle)), np.vstack((middle, path[~before]))
-
-
-def _solvable(world: World) -> bool:
-    """Whether the expert has something left to do, reaches all of it, and can put the hand around what it grasps."""
-    waypoints = world.task.plan(world)
-    joints, planner = world.robot.joints(world.data), world.motion.planner
-    grasp = next((waypoint.pose for waypoint in waypoints if not waypoint.gripper_open), None)
-    return (
-        bool(waypoints)
-        and all(world.kinematics.solve_from_many(step.pose, joints, world.rng) is not None for step in waypoints)
-        and (grasp is None or planner.fits(world.data, grasp, world.rng))
-    )

@@ -39,7 +39,7 @@ class LlakeySimEnv(gym.Env):
         render_size: height and width in pixels of :meth:`render`.
         render_fps: frames a second of videos with one frame an action.
         detailed: show the robot's detailed meshes to people.
-        disturbance: unforeseen event that strikes once an episode (see :class:`lerobot_llakey.sim.disturbances.Event`),
+        disturbance: unforeseen event that strikes once an episode (see :class:`lerobot_llakey.sim.events.Event`),
             or ``imprecise``; none where empty.
 
     Raises:
