@@ -1,6 +1,7 @@
 """``llakey bench``: how fast things are on this machine.
 
 llakey bench --part=collect --num_episodes=10
+llakey bench --part=render --steps=200
 llakey bench --part=action --output_dir=outputs/bench
 """
 
@@ -21,7 +22,7 @@ class BenchConfig:
     """Options of ``llakey bench``.
 
     Attributes:
-        part: collect, loader, action or command.
+        part: collect, loader, render, action or command.
         num_episodes: episodes of each task to collect: of all nine, timed, for collect, of three to read otherwise.
         batch_size: samples of a training step.
         steps: repetitions of which the median is taken.

@@ -24,9 +24,10 @@ from tqdm import tqdm
 
 from lerobot_llakey.datasets.collect import collect
 from lerobot_llakey.datasets.plan import CollectSettings, Targets
+from lerobot_llakey.evaluation.bench_render import bench_render
 from lerobot_llakey.sim.tasks import task_classes
 
-PARTS = ("collect", "loader", "action", "command")
+PARTS = ("collect", "loader", "render", "action", "command")
 TASKS = ("open_drawer", "close_jar", "move_block")
 """What samples are taken from to measure loading, training and deciding; collecting is measured on all tasks."""
 _POLICIES = {"action": "llakey_action", "command": "llakey_command"}
@@ -57,6 +58,8 @@ def bench(part: str, num_episodes: int, batch_size: int, steps: int, device: str
         )
     if part == "collect":
         return {**machine(), **_bench_collect(CollectSettings(tuple(task_classes()), num_episodes), workdir)}
+    if part == "render":
+        return {**machine(), **bench_render(steps, device)}
     settings = CollectSettings(TASKS, num_episodes)
     collect(settings, Targets(None, workdir / "keysteps", keysteps_id="bench/keysteps"))
     dataset = LeRobotDataset("bench/keysteps", root=workdir / "keysteps")
