@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import ClassVar
 
 import mujoco
@@ -10,7 +11,9 @@ import numpy as np
 from lerobot_llakey.geometry import Pose, top_down
 from lerobot_llakey.instructions import instruct
 from lerobot_llakey.sim.colours import COLOUR_NAMES, COLOURS
+from lerobot_llakey.sim.grip import Grip, hand_yaw
 from lerobot_llakey.sim.objects.jar import JAR_PARTS, JAR_TOP, LID_DEPTH, add_jar, add_jar_tip, add_lid
+from lerobot_llakey.sim.spots import three_spots
 from lerobot_llakey.sim.tasks.base import Task, Waypoint
 from lerobot_llakey.sim.thread import Thread
 from lerobot_llakey.sim.world import World
@@ -68,7 +71,8 @@ class CloseJar(Task):
         self.variation, self.colour = variation, COLOUR_NAMES[variation]
         self.other_colour = COLOUR_NAMES[(variation + int(rng.integers(1, self.variations))) % self.variations]
         self.description = str(rng.choice(_WORDINGS)).format(self.colour)
-        for body, spot in zip((*_JARS, "lid"), _spots(rng), strict=True):
+        spots = three_spots(rng, _X, _Y, _REACH, (_LID_GAP, _JAR_GAP, _LID_GAP), _SPOTS)
+        for body, spot in zip((*_JARS, "lid"), spots, strict=True):
             world.place(body, Pose(np.array((*spot, 0.0))))
         for jar, colour in zip(_JARS, (self.colour, self.other_colour), strict=True):
             for part in JAR_PARTS:
@@ -108,19 +112,19 @@ class CloseJar(Task):
             Waypoint(before, True, False, instruct("move", "top", "the lid")),
             Waypoint(grasp, False, True, instruct("grasp", "the lid")),
         ][ready:]
-        grip = np.array([0.0, 0.0, _GRASP])
+        grip = Grip.upright(_GRASP)
         if wrong:
             return [*steps, self._unscrew(world, grip), *self._bring(world, grip)]
         return steps + self._bring(world, grip)[3 * self.thread.seated(world) :]
 
-    def _bring(self, world: World, grip: np.ndarray) -> list[Waypoint]:
-        """The steps from the raise on, for a lid at ``grip`` (3,) metres in the tool's frame."""
+    def _bring(self, world: World, grip: Grip) -> list[Waypoint]:
+        """The steps from the raise on, for a lid held at a grip."""
         lid, jar, name = world.pose("lid").position, world.pose(_JARS[0]).position, self._jar_name(_JARS[0])
         carry = _CARRY - _GRASP
-        raised = _hand((lid[0], lid[1], carry), _YAW, grip)
-        aligned = _hand((jar[0], jar[1], carry), _YAW, grip)
-        placed = _hand((jar[0], jar[1], _ENTRY - _PRESS), _YAW, grip)
-        screwed = _hand((jar[0], jar[1], _ENTRY - _TRAVEL - _PRESS), -_YAW, grip)
+        raised = grip.hand(np.array((lid[0], lid[1], carry)), _YAW)
+        aligned = grip.hand(np.array((jar[0], jar[1], carry)), _YAW)
+        placed = grip.hand(np.array((jar[0], jar[1], _ENTRY - _PRESS)), _YAW)
+        screwed = grip.hand(np.array((jar[0], jar[1], _ENTRY - _TRAVEL - _PRESS)), -_YAW)
         return [
             Waypoint(raised, False, True, instruct("raise")),
             Waypoint(aligned, False, False, instruct("align", name)),
@@ -131,9 +135,9 @@ class CloseJar(Task):
 
     def _carry(self, world: World) -> list[Waypoint]:
         """The steps that remain for a lid in the hand and off the threads."""
-        steps = self._bring(world, _grip(world))
+        steps = self._bring(world, Grip.of(world.tool, world.pose("lid")))
         beside = np.hypot(*(world.pose("lid").position - world.pose(_JARS[0]).position)[:2])
-        turned = abs(_hand_yaw(world) - _YAW)
+        turned = abs(hand_yaw(world.tool) - _YAW)
         if beside < 0.012 and turned < 0.2 and world.pose("lid").position[2] > _ENTRY - 0.005:
             # A lid that is down but does not sit is askew in the hand: let go, it falls into place.
             return [_release(world, "the lid")] if world.tool.distance(steps[2].pose)[0] < _PUT else steps[2:]
@@ -141,7 +145,9 @@ class CloseJar(Task):
 
     def _turn(self, world: World, thread: Thread) -> list[Waypoint]:
         """The steps that remain for a lid in the hand and on a thread."""
-        grip, yaw = _grip(world), _hand_yaw(world)
+        # The thread keeps the lid upright; the hand must not lean against it.
+        grip = replace(Grip.of(world.tool, world.pose("lid")), axis=Grip.upright(0.0).axis)
+        yaw = hand_yaw(world.tool)
         if thread is not self.thread:
             if not thread.engaged(world):
                 return self._bring(world, grip)
@@ -152,39 +158,12 @@ class CloseJar(Task):
             return [_release(world, "the lid")]
         return self._bring(world, grip)[3:]
 
-    def _unscrew(self, world: World, grip: np.ndarray) -> Waypoint:
+    def _unscrew(self, world: World, grip: Grip) -> Waypoint:
         jar = world.pose(_JARS[1]).position
-        return Waypoint(_hand((jar[0], jar[1], _ENTRY), _YAW, grip), False, True, instruct("screw_out", "the lid"))
+        return Waypoint(
+            grip.hand(np.array((jar[0], jar[1], _ENTRY)), _YAW), False, True, instruct("screw_out", "the lid")
+        )
 
 
 def _release(world: World, thing: str) -> Waypoint:
     return Waypoint(world.tool, True, True, instruct("release", thing))
-
-
-def _hand(lid: tuple[float, float, float], yaw: float, grip: np.ndarray) -> Pose:
-    """The tool's pose that brings a lid held at ``grip`` to a position."""
-    tool = Pose(np.array(lid), top_down(yaw))
-    return Pose(tool.apply(-grip), tool.quaternion)
-
-
-def _grip(world: World) -> np.ndarray:
-    """(3,) position of the lid in the tool's frame, as if the hand were upright."""
-    return Pose(world.tool.position, top_down(_hand_yaw(world))).inverse().apply(world.pose("lid").position)
-
-
-def _hand_yaw(world: World) -> float:
-    """Yaw of the hand in (-pi/2, pi/2], half a turn being the same to a gripper."""
-    matrix = world.tool.rotation.as_matrix()
-    yaw = np.arctan2(matrix[1, 0], matrix[0, 0])
-    return float(np.pi / 2 - (np.pi / 2 - yaw) % np.pi)
-
-
-def _spots(rng: np.random.Generator) -> np.ndarray:
-    """(3, 2) places of the jars and the lid; fixed ones in random order where no draw in 200 fits."""
-    for _ in range(200):
-        spots = np.column_stack((rng.uniform(*_X, 3), rng.uniform(*_Y, 3)))
-        gaps = np.linalg.norm(spots - np.roll(spots, -1, axis=0), axis=1)
-        reach = np.hypot(*spots.T)
-        if (gaps > (_JAR_GAP, _LID_GAP, _LID_GAP)).all() and reach.min() > _REACH[0] and reach.max() < _REACH[1]:
-            return spots
-    return rng.permutation(np.array(_SPOTS))

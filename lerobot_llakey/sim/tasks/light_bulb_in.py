@@ -22,6 +22,7 @@ from lerobot_llakey.sim.objects.bulb import (
     glass_middle,
 )
 from lerobot_llakey.sim.objects.lamp import HOLDER_HEIGHT, SEAT, add_holder, add_lamp, paint_holder, switch
+from lerobot_llakey.sim.spots import three_spots
 from lerobot_llakey.sim.tasks.base import Task, Waypoint
 from lerobot_llakey.sim.thread import Thread
 
@@ -87,7 +88,7 @@ class LightBulbIn(Task):
         other = (variation + int(rng.integers(1, self.variations))) % self.variations
         self.colours = COLOUR_NAMES[variation], COLOUR_NAMES[other]
         self.description = str(rng.choice(_WORDINGS)).format(self.colours[0])
-        lamp, *spots = _spots(rng)
+        lamp, *spots = three_spots(rng, _X, _Y, _REACH, (_LAMP_GAP, _LAMP_GAP, _HOLDER_GAP), _SPOTS)
         world.place("lamp", Pose(np.array((*lamp, 0.0))))
         for bulb, holder, colour, spot in zip(_BULBS, _HOLDERS, self.colours, spots, strict=True):
             world.place(holder, Pose(np.array((*spot, 0.0))))
@@ -216,14 +217,3 @@ def _from_lamp(world: World, bulb: str) -> tuple[float, float, float]:
 def _in_lamp(world: World, bulb: str) -> bool:
     beside, height, above = _from_lamp(world, bulb)
     return beside < 0.012 and height > SEAT - 0.005 and above < 0.01
-
-
-def _spots(rng: np.random.Generator) -> np.ndarray:
-    """(3, 2) places of the lamp and the holders; fixed ones in random order where no draw in 200 fits."""
-    for _ in range(200):
-        spots = np.column_stack((rng.uniform(*_X, 3), rng.uniform(*_Y, 3)))
-        gaps = np.linalg.norm(spots - np.roll(spots, -1, axis=0), axis=1)
-        reach = np.hypot(*spots.T)
-        if (gaps > (_LAMP_GAP, _HOLDER_GAP, _LAMP_GAP)).all() and reach.min() > _REACH[0] and reach.max() < _REACH[1]:
-            return spots
-    return rng.permutation(np.array(_SPOTS))

@@ -1,0 +1,35 @@
+"""Drawing places on the table."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+_DRAWS = 200
+
+Range = tuple[float, float]
+
+
+def three_spots(
+    rng: np.random.Generator, x: Range, y: Range, reach: Range, gaps: tuple[float, float, float], otherwise: ArrayLike
+) -> np.ndarray:
+    """Places of three things that leave room for the hand and are within its reach.
+
+    Args:
+        rng: draws them.
+        x: metres, base frame.
+        y: metres, base frame.
+        reach: metres from the base, nearest and farthest.
+        gaps: metres at least from the last to the first, the first to the second and the second to the last.
+        otherwise: (3, 2) places that are taken in random order where no draw in 200 fits.
+
+    Returns:
+        (3, 2) x and y in metres.
+    """
+    for _ in range(_DRAWS):
+        spots = np.column_stack((rng.uniform(*x, 3), rng.uniform(*y, 3)))
+        apart = np.linalg.norm(spots - np.roll(spots, 1, axis=0), axis=1)
+        away = np.hypot(*spots.T)
+        if (apart > gaps).all() and away.min() > reach[0] and away.max() < reach[1]:
+            return spots
+    return rng.permutation(np.array(otherwise))

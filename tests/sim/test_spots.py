@@ -1,0 +1,24 @@
+"""Places on the table."""
+
+import numpy as np
+
+from lerobot_llakey.sim.spots import three_spots
+
+FALLBACK = ((0.5, 0.2), (0.5, 0.0), (0.5, -0.2))
+
+
+def test_spots_keep_their_gaps_and_reach() -> None:
+    rng = np.random.default_rng(0)
+    for _ in range(50):
+        last, first, second = 0.15, 0.2, 0.1
+        spots = three_spots(rng, (0.3, 0.6), (-0.3, 0.3), (0.4, 0.65), (last, first, second), FALLBACK)
+        assert np.linalg.norm(spots[0] - spots[2]) > last
+        assert np.linalg.norm(spots[1] - spots[0]) > first
+        assert np.linalg.norm(spots[2] - spots[1]) > second
+        away = np.hypot(*spots.T)
+        assert (away > 0.4).all() and (away < 0.65).all()
+
+
+def test_where_nothing_fits_the_given_places_are_taken() -> None:
+    spots = three_spots(np.random.default_rng(0), (0.3, 0.6), (-0.3, 0.3), (0.4, 0.65), (9, 9, 9), FALLBACK)
+    assert sorted(map(tuple, spots)) == sorted(FALLBACK)
