@@ -23,6 +23,7 @@ VERBS: dict[str, tuple[str, str]] = {
     "bench": ("lerobot_llakey.cli.bench", "how fast collecting, loading, training and deciding are here"),
     "abilities": ("lerobot_llakey.cli.abilities", "how well a command policy names the next instruction"),
     "keyframe-accuracy": ("lerobot_llakey.cli.keyframe_accuracy", "how often an action policy finds the next keyframe"),
+    "show": ("lerobot_llakey.cli.show", "what an action policy sees and decides for one recorded frame"),
     "demo": ("lerobot_llakey.cli.demo", "watch a trained policy do the tasks: a table of successes, and videos"),
 }
 """What can be asked for: verb -> (module with a ``main()``, summary in one line)."""

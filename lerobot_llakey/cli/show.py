@@ -1,0 +1,61 @@
+"""``llakey show``: what an action policy sees and decides for one recorded frame.
+
+llakey show --policy_path=checkpoints/llakey_small --repo_id=local/llakey_keysteps_val \\
+    --root=data/llakey_keysteps_val --index=10 --output=outputs/show.png
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+from lerobot.configs import parser
+from lerobot.datasets.lerobot_dataset import LeRobotDataset
+
+from lerobot_llakey.cli.errors import one_sentence
+from lerobot_llakey.evaluation.looking import look
+from lerobot_llakey.evaluation.rerun_file import require_rerun, write_rerun
+from lerobot_llakey.evaluation.rollout import Agent
+from lerobot_llakey.evaluation.show import page, report
+
+
+@dataclass
+class ShowConfig:
+    """Options of ``llakey show``.
+
+    Attributes:
+        policy_path: folder or Hub name of an llakey_action or llakey checkpoint.
+        repo_id: name of a keysteps or demonstrations dataset.
+        root: its folder; LeRobot's home folder by default.
+        index: of the frame in the dataset.
+        output: the PNG to write.
+        rerun: also save cloud, cameras and poses as this .rrd file; needs LeRobot's ``viz`` extra.
+    """
+
+    policy_path: str
+    repo_id: str
+    root: Path | None = None
+    index: int = 0
+    output: Path = Path("outputs/show.png")
+    rerun: Path | None = None
+
+
+@parser.wrap()
+def run(config: ShowConfig) -> None:
+    """Decide on the frame, write the page, print the errors."""
+    if config.rerun is not None:
+        require_rerun()
+    dataset = LeRobotDataset(config.repo_id, root=config.root)
+    agent = Agent.load(config.policy_path)
+    seen = look(agent.policy, dataset, config.index, agent.preprocessor)
+    config.output.parent.mkdir(parents=True, exist_ok=True)
+    if not cv2.imwrite(str(config.output), page(seen)[..., ::-1]):
+        raise OSError(f"Expected to write the page to {config.output}, got refused; choose another --output.")
+    if config.rerun is not None:
+        write_rerun(seen, config.rerun)
+    print("\n".join([*report(seen), f"page: {config.output}"]))
+
+
+def main() -> None:
+    """Run the verb with the options of the command line."""
+    with one_sentence():
+        run()

@@ -1,0 +1,155 @@
+"""What an action policy sees and decides for one frame: cloud, virtual views, heat maps and pose."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import torch
+from lerobot.utils.collate import lerobot_collate_fn
+from torch import Tensor, nn
+from torch.utils.data import Dataset
+
+from lerobot_llakey import schema
+from lerobot_llakey.evaluation.keyframe_accuracy import rotation_error
+from lerobot_llakey.policies.action.modeling_llakey_action import LlakeyActionPolicy
+from lerobot_llakey.policies.action.point_cloud import fuse_views
+from lerobot_llakey.policies.action.renderer import gather_pixels, splat
+from lerobot_llakey.policies.action.stage import Stage
+
+
+@dataclass(frozen=True)
+class StageLook:
+    """What one stage sees.
+
+    Attributes:
+        name: "coarse" or "fine".
+        views: names of the V virtual views.
+        images: (V, S, S, 3) in 0..1, zero where nothing is seen.
+        heat: (V, S, S) probability of each pixel, summing to one in a view.
+        low: (3,) metres, lower corner of the rendered box.
+        extent: (3,) metres, its edges.
+    """
+
+    name: str
+    views: tuple[str, ...]
+    images: Tensor
+    heat: Tensor
+    low: Tensor
+    extent: Tensor
+
+    def local(self, position: Tensor) -> Tensor:
+        """A place (3,) in metres as coordinates of the rendered box's unit cube."""
+        return (position - self.low) / self.extent
+
+
+@dataclass(frozen=True)
+class Look:
+    """One decision, and the truth beside it; all on the CPU.
+
+    Attributes:
+        task: the skill instruction.
+        instruction: the basic action's instruction, "" where the dataset has none.
+        cameras: name -> RGB image (H, W, 3) in 0..1.
+        points: (M, 3) of the cloud in metres, base frame.
+        colours: (M, 3) in 0..1.
+        stages: what each stage saw.
+        predicted: (9,) the action decided on.
+        true: (9,) the recorded one.
+    """
+
+    task: str
+    instruction: str
+    cameras: dict[str, Tensor]
+    points: Tensor
+    colours: Tensor
+    stages: list[StageLook]
+    predicted: Tensor
+    true: Tensor
+
+    def errors(self) -> dict[str, float]:
+        """Position error in ``centimetres``, rotation error in ``degrees``; ``gripper`` and ``collision``: 1 if right.
+
+        A parallel gripper is the same after half a turn, as in ``llakey keyframe-accuracy``.
+        """
+        quaternions = [action[None, schema.QUATERNION] for action in (self.true, self.predicted)]
+        right = (self.predicted > 0.5) == (self.true > 0.5)
+        return {
+            "centimetres": 100 * float((self.predicted - self.true)[schema.POSITION].norm()),
+            "degrees": float(rotation_error(*quaternions)),
+            "gripper": float(right[schema.GRIPPER]),
+            "collision": float(right[schema.IGNORE_COLLISION]),
+        }
+
+
+def look(
+    policy: nn.Module,
+    dataset: Dataset[Any],
+    index: int,
+    preprocessor: Callable[[dict[str, Any]], dict[str, Any]] | None = None,
+) -> Look:
+    """Let an action policy decide on a recorded frame, and keep what its stages saw.
+
+    Args:
+        policy: an action policy, or a hierarchical one, whose action part is looked into.
+        dataset: keysteps or demonstrations in the data contract.
+        index: of the frame.
+        preprocessor: the policy's, where it has one.
+
+    Raises:
+        ValueError: if the policy is of another kind, the index lies outside the dataset, or the frame breaks the
+            data contract.
+    """
+    action_policy = getattr(policy, "action", policy)
+    if not isinstance(action_policy, LlakeyActionPolicy):
+        raise ValueError(
+            f"Expected an llakey_action policy or an llakey one with an action part, got {type(policy).__name__}; "
+            "give --policy_path such a checkpoint."
+        )
+    size = len(dataset)  # type: ignore[arg-type]
+    if not 0 <= index < size:
+        raise ValueError(f"Expected an index in [0, {size}), got {index}; choose a frame of the dataset.")
+    batch: dict[str, Any] = lerobot_collate_fn([dataset[index]])
+    words = {key: str(batch[key][0]) if key in batch else "" for key in (schema.TASK, schema.INSTRUCTION)}
+    true = batch[schema.ACTION][0].float().cpu()
+    batch = preprocessor(batch) if preprocessor else batch
+    config = action_policy.config
+    with torch.no_grad(), _watched(action_policy) as stages:
+        predicted = action_policy.select_action(batch)[0].float().cpu()
+        cloud = fuse_views(batch, config.cameras, action_policy.workspace)
+    images = {name: batch[schema.image_key(name)][0].float().permute(1, 2, 0).cpu() for name in config.cameras}
+    task, instruction = words.values()
+    return Look(task, instruction, images, cloud.points.cpu(), cloud.colours.cpu(), stages, predicted, true)
+
+
+@contextmanager
+def _watched(policy: LlakeyActionPolicy) -> Iterator[list[StageLook]]:
+    """What the policy's stages see within the context, in the order in which they look."""
+    looks: list[StageLook] = []
+    handles = []
+    for name in ("coarse", "fine"):
+        stage = getattr(policy, name)
+        if stage is not None:
+            handles.append(stage.register_forward_hook(_keep(name, policy.workspace, looks)))
+    try:
+        yield looks
+    finally:
+        for handle in handles:
+            handle.remove()
+
+
+def _keep(name: str, workspace: Tensor, looks: list[StageLook]) -> Callable[[Stage, Any, Any], None]:
+    edges = workspace[:, 1] - workspace[:, 0]
+
+    def keep(stage: Stage, inputs: Any, output: Any) -> None:
+        scene, low, extent = inputs
+        local = (scene.points - low[scene.rows]) / extent
+        index = splat(local, scene.rows, len(low), stage.views, stage.size, stage.splat_radius)
+        heat = output.heat[0].float().flatten(1).softmax(dim=1).view(index.shape[1:])
+        corner = low[0] * edges + workspace[:, 0]
+        shown = gather_pixels(scene.colours, index)[0].float()
+        looks.append(StageLook(name, stage.views, shown.cpu(), heat.cpu(), corner.cpu(), (edges * extent).cpu()))
+
+    return keep
