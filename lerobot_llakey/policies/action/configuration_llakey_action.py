@@ -61,6 +61,7 @@ class LlakeyActionConfig(KeyframePolicyConfig):
         heat_sigma_start, heat_sigma_end: standard deviation in pixels of the heat maps' target, shrinking linearly
             over ``heat_shrink_steps`` training steps, then constant.
         augment_translation: metres along each axis; ``augment_yaw``: degrees about z.
+        point_dropout: share of points left out in training; ``colour_jitter``: by what share colours change.
         position_weight, rotation_weight, gripper_weight, collision_weight: weights of the loss's parts.
         weight_key: batch key of optional sample weights (B,) or (B, 1); must start with "observation." to get through
             LeRobot's processors.
@@ -111,6 +112,8 @@ class LlakeyActionConfig(KeyframePolicyConfig):
     heat_shrink_steps: int = 2000
     augment_translation: float = 0.125
     augment_yaw: float = 45.0
+    point_dropout: float = 0.0
+    colour_jitter: float = 0.0
     position_weight: float = 1.0
     rotation_weight: float = 1.0
     gripper_weight: float = 1.0
@@ -131,6 +134,9 @@ class LlakeyActionConfig(KeyframePolicyConfig):
                 raise ValueError(
                     f"Expected {name} out of {', '.join(map(repr, choices))}, got {value!r}; pick one of these."
                 )
+        for name in ("point_dropout", "colour_jitter"):
+            if not 0 <= (share := getattr(self, name)) < 1:
+                raise ValueError(f"Expected {name} from 0 up to but not including 1, got {share}; correct it.")
         step = 16 if self.design == "small" else self.patch_size
         if self.view_size % step:
             raise ValueError(

@@ -11,7 +11,7 @@ from lerobot.policies.pretrained import PreTrainedPolicy
 from torch import Tensor, nn
 
 from lerobot_llakey import schema
-from lerobot_llakey.policies.action.augmentation import sample_motion
+from lerobot_llakey.policies.action.augmentation import sample_motion, varied
 from lerobot_llakey.policies.action.conditioning import read_texts, reworded
 from lerobot_llakey.policies.action.configuration_llakey_action import LlakeyActionConfig
 from lerobot_llakey.policies.action.designs import DESIGNS, make_pose_head, make_text_encoder
@@ -117,6 +117,8 @@ class LlakeyActionPolicy(PreTrainedPolicy):
                 batch, labels = moved(batch, labels, motion)
             target = self._to_unit(labels.position)
             cloud = fuse_views(batch, config.cameras, self.workspace)
+            if self.training:
+                cloud = varied(cloud, len(target), config.point_dropout, config.colour_jitter)
             hand = read_proprioception(batch, config)
         texts = read_texts(batch, config)
         if self.training:

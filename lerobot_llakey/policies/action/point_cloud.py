@@ -10,6 +10,7 @@ import torch
 from torch import Tensor
 
 from lerobot_llakey import geometry, schema
+from lerobot_llakey.policies.action.camera_checks import check_calibration, check_depth
 
 MILLIMETRES = 1e-3
 
@@ -60,30 +61,6 @@ def _camera_stack(batch: Mapping[str, Any], cameras: Sequence[str]) -> tuple[Ten
     return torch.stack(images, dim=1), torch.stack(depths, dim=1).squeeze(2)
 
 
-def _check_calibration(intrinsics: Tensor, extrinsics: Tensor, cameras: Sequence[str], size: tuple[int, int]) -> None:
-    count = len(cameras)
-    for key, value, shape in (
-        (schema.INTRINSICS, intrinsics, (count, 3, 3)),
-        (schema.EXTRINSICS, extrinsics, (count, 4, 4)),
-    ):
-        if tuple(value.shape[1:]) != shape:
-            raise ValueError(
-                f"Expected {key} of shape (batch, {', '.join(map(str, shape))}) for the cameras {', '.join(cameras)}, "
-                f"got {tuple(value.shape)}; give one matrix for each camera."
-            )
-    centres = intrinsics[..., :2, 2]
-    limits = centres.new_tensor((size[1], size[0]))
-    wrong = ((centres <= 0) | (centres >= limits)).any(dim=-1) | (intrinsics[..., 0, 0] <= 0)
-    if wrong.any():
-        row, camera = (int(index) for index in wrong.nonzero()[0])
-        raise ValueError(
-            f"Expected {schema.INTRINSICS} of an image of {size[1]}x{size[0]} pixels, got the principal point "
-            f"({centres[row, camera, 0]:.1f}, {centres[row, camera, 1]:.1f}) and focal length "
-            f"{intrinsics[row, camera, 0, 0]:.1f} for camera {cameras[camera]} in batch row {row}; rescale the "
-            "intrinsics with the images."
-        )
-
-
 def fuse_views(batch: Mapping[str, Any], cameras: Sequence[str], workspace: Tensor) -> PointCloud:
     """One cloud for each row of a batch in the data contract.
 
@@ -94,18 +71,20 @@ def fuse_views(batch: Mapping[str, Any], cameras: Sequence[str], workspace: Tens
         workspace: (3, 2) bounds in metres.
 
     Returns:
-        The points inside the workspace. Depth that is zero, negative or not finite counts as not measured.
+        The points inside the workspace. Depth that is zero or negative counts as not measured.
 
     Raises:
         ValueError: naming the key and batch row if a camera or its calibration is missing, an image's size does not
-            fit its intrinsics, or a row has no point inside the workspace.
+            fit its intrinsics, extrinsics are no rigid transform, depth is not finite, or a row has no point inside
+            the workspace.
     """
     images, depths = _camera_stack(batch, cameras)
     for key in (schema.INTRINSICS, schema.EXTRINSICS):
         if key not in batch:
             raise ValueError(f"Expected the calibration {key} in the batch, got none; add it to the observation.")
     intrinsics, extrinsics = batch[schema.INTRINSICS].float(), batch[schema.EXTRINSICS].float()
-    _check_calibration(intrinsics, extrinsics, cameras, (images.shape[-2], images.shape[-1]))
+    check_calibration(intrinsics, extrinsics, cameras, (images.shape[-2], images.shape[-1]))
+    check_depth(depths, cameras)
     points = geometry.unproject(depths * MILLIMETRES, intrinsics, extrinsics).flatten(1, 3)  # (B, C*H*W, 3)
     valid = inside(points, workspace) & (depths.flatten(1) > 0)
     empty = ~valid.any(dim=1)

@@ -80,3 +80,10 @@ def test_the_timestep_needs_its_column():
     del config.input_features[schema.STEP]
     with pytest.raises(ValueError, match=r"column observation\.step .* for policy\.use_timestep, got none"):
         config.validate_features()
+
+
+@pytest.mark.parametrize("setting", ["point_dropout", "colour_jitter"])
+@pytest.mark.parametrize("share", [-0.1, 1.0])
+def test_shares_that_leave_nothing_are_refused(setting, share):
+    with pytest.raises(ValueError, match=f"{setting} from 0 up to but not including 1, got {share}"):
+        small_config(**{setting: share})

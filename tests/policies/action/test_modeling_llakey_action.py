@@ -221,3 +221,16 @@ def test_published_designs_learn_a_batch_by_heart(settings):
     error = (action - batch[schema.ACTION])[:, schema.POSITION].norm(dim=1)
     assert error.max() < 1 / policy.config.view_size
     assert torch.allclose(action[:, 3:], batch[schema.ACTION][:, 3:], atol=1e-5)
+
+
+@pytest.mark.parametrize("setting", ["point_dropout", "colour_jitter"])
+def test_clouds_are_varied_in_training_only(setting):
+    batch, _, _ = observation(rows=2)
+    plain = {"augment_translation": 0.0, "augment_yaw": 0.0, "crop_noise": 0.0, "paraphrase_probability": 0.0}
+    losses = {}
+    for share in (0.0, 0.5):
+        torch.manual_seed(0)
+        policy = LlakeyActionPolicy(small_config(**plain, **{setting: share}))
+        losses[share] = [policy.train(mode)(batch)[0].item() for mode in (True, False)]
+    assert losses[0.0][0] != losses[0.5][0]
+    assert losses[0.0][1] == losses[0.5][1]

@@ -1,0 +1,86 @@
+"""Whether cameras can be fused: calibration that fits the images, rigid extrinsics, finite depth."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import torch
+from torch import Tensor
+
+from lerobot_llakey import schema
+
+RIGID_TOLERANCE = 0.01
+"""By how much an entry of R^T R may differ from the identity's; measured calibrations are rounded."""
+CENTRE = (0.25, 0.75)
+"""Shares of the image's size between which the principal point lies; images resized by two or more fall outside."""
+
+
+def check_calibration(intrinsics: Tensor, extrinsics: Tensor, cameras: Sequence[str], size: tuple[int, int]) -> None:
+    """Check the calibration of the C cameras of a batch.
+
+    Args:
+        intrinsics: (B, C, 3, 3) in pixels.
+        extrinsics: (B, C, 4, 4) camera-to-base, metres.
+        cameras: the C names.
+        size: height and width of the images in pixels.
+
+    Raises:
+        ValueError: naming the key, camera and batch row if a shape is wrong, the intrinsics are those of an image of
+            another size, or the extrinsics are no rigid transform.
+    """
+    count = len(cameras)
+    for key, value, shape in (
+        (schema.INTRINSICS, intrinsics, (count, 3, 3)),
+        (schema.EXTRINSICS, extrinsics, (count, 4, 4)),
+    ):
+        if tuple(value.shape[1:]) != shape:
+            raise ValueError(
+                f"Expected {key} of shape (batch, {', '.join(map(str, shape))}) for the cameras {', '.join(cameras)}, "
+                f"got {tuple(value.shape)}; give one matrix for each camera."
+            )
+    centres = intrinsics[..., :2, 2]
+    shares = centres / centres.new_tensor((size[1], size[0]))
+    focal = intrinsics.diagonal(dim1=-2, dim2=-1)[..., :2]
+    wrong = ~((shares > CENTRE[0]) & (shares < CENTRE[1]) & (focal > 0) & focal.isfinite()).all(dim=-1)
+    if wrong.any():
+        row, camera = (int(index) for index in wrong.nonzero()[0])
+        raise ValueError(
+            f"Expected {schema.INTRINSICS} of an image of {size[1]}x{size[0]} pixels, got the principal point "
+            f"({centres[row, camera, 0]:.1f}, {centres[row, camera, 1]:.1f}) and focal length "
+            f"{intrinsics[row, camera, 0, 0]:.1f} for camera {cameras[camera]} in batch row {row}; rescale the "
+            "intrinsics with the images."
+        )
+    rigid = _is_rigid(extrinsics)
+    if not rigid.all():
+        row, camera = (int(index) for index in (~rigid).nonzero()[0])
+        raise ValueError(
+            f"Expected a rigid camera-to-base transform (a rotation, metres, and the last row 0 0 0 1) in "
+            f"{schema.EXTRINSICS}, got another matrix for camera {cameras[camera]} in batch row {row}; correct the "
+            "calibration."
+        )
+
+
+def check_depth(depths: Tensor, cameras: Sequence[str]) -> None:
+    """Check that depths (B, C, H, W) are finite.
+
+    Raises:
+        ValueError: naming the key and batch row if one is not.
+    """
+    finite = depths.isfinite().flatten(2).all(dim=2)
+    if not finite.all():
+        row, camera = (int(index) for index in (~finite).nonzero()[0])
+        raise ValueError(
+            f"Expected finite depth in millimetres in {schema.depth_key(cameras[camera])}, got NaN or infinity in "
+            f"batch row {row}; set pixels without a measurement to 0."
+        )
+
+
+def _is_rigid(matrices: Tensor) -> Tensor:
+    """Which matrices (..., 4, 4) are a finite rotation and translation: (...) bool."""
+    turn, last = matrices[..., :3, :3], matrices.new_tensor((0.0, 0.0, 0.0, 1.0))
+    # Compared so that NaN is never rigid.
+    square = (turn.transpose(-1, -2) @ turn - torch.eye(3, device=turn.device)).abs().amax(dim=(-2, -1))
+    volume = torch.linalg.cross(turn[..., 0], turn[..., 1]).mul(turn[..., 2]).sum(dim=-1)
+    bottom = (matrices[..., 3, :] - last).abs().amax(dim=-1)
+    near = (square < RIGID_TOLERANCE) & (volume > 0) & (bottom < RIGID_TOLERANCE)
+    return near & matrices[..., :3, 3].isfinite().all(dim=-1)
