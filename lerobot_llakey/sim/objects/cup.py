@@ -1,4 +1,4 @@
-"""A tumbler: round to the eye; to the physics upright bars around flat staves, and a bottom."""
+"""A tumbler: round to the eye; to the physics twelve flat staves and a bottom."""
 
 from __future__ import annotations
 
@@ -8,60 +8,58 @@ import numpy as np
 from lerobot_llakey.sim.meshes import add_mesh, revolve
 from lerobot_llakey.sim.mujoco_poses import about_z
 
-CUP_RADIUS, CUP_HEIGHT, CUP_WALL = 0.031, 0.115, 0.005
+CUP_RADIUS, CUP_HEIGHT, CUP_WALL = 0.031, 0.12, 0.005
 """Outside measures and the wall's thickness, metres."""
-_BOTTOM, _BARS, _STAVES, _FEET = 0.006, 32, 12, 4
+_BOTTOM, _STAVES, _FEET = 0.006, 12, 4
 _INSIDE = (0.20, 0.17, 0.17, 1.0)
 """The inside is dark, so that an opening shows in a small picture."""
 _FRICTION = (0.8, 0.01, 0.001)
 """A cup on its side soon stops rolling; more friction would let a tilted one stand on its edge."""
+_WALL_CONTACT = {
+    "condim": 6,
+    "priority": 2,
+    "friction": (1.6, 0.03, 0.0005),
+    "solimp": (0.9, 0.95, 0.003, 0.5, 2),
+    "solref": (-15000, -300),
+}
+"""The fingertips' contact but stiffer: a fingertip that sinks deep into a seam of two staves is stuck there."""
 
 
 def add_cup(spec: mujoco.MjSpec, name: str, colour: tuple[float, float, float]) -> mujoco.MjsBody:
     """Add a free cup; its origin is the middle of its bottom, z points to its opening.
 
-    Outside, the wall is a ring of capsules: a soft fingertip that presses on the seam of two boxes would be held there,
-    a capsule only ever pushes it away. Inside it is a ring of boxes: the corners of a fingertip would catch between
-    capsules. A cup stands on four feet, at the bottom as at the rim: a few contacts are faster and steadier than rings
-    of them.
+    It stands on four feet, at the bottom as at the rim: a few contacts are faster and steadier than rings of them.
     """
     cup = spec.worldbody.add_body(name=name, pos=(0, 0, 1))
     cup.add_freejoint()
     _add_looks(spec, cup, name, colour)
     hidden = {"group": 4, "friction": _FRICTION}
-    bar = CUP_WALL / 2
-    angles = np.arange(_BARS) * 2 * np.pi / _BARS
-    for number, (x, y) in enumerate((CUP_RADIUS - bar) * np.column_stack((np.cos(angles), np.sin(angles)))):
-        cup.add_geom(
-            type=mujoco.mjtGeom.mjGEOM_CAPSULE,
-            size=(bar, CUP_HEIGHT / 2 - 0.001 - bar, 0),
-            pos=(x, y, CUP_HEIGHT / 2),
-            mass=0.002,
-            condim=6,
-            **hidden,
-        )
-        if number % (_BARS // _FEET) == 0:
-            for height in (bar, CUP_HEIGHT - bar):
-                cup.add_geom(
-                    type=mujoco.mjtGeom.mjGEOM_SPHERE, size=(bar, 0, 0), pos=(x, y, height), mass=0.001, **hidden
-                )
-    outer, inner = CUP_RADIUS - bar, CUP_RADIUS - CUP_WALL - 0.0005
+    middle, foot = CUP_RADIUS - CUP_WALL / 2, CUP_WALL / 2
     for angle in np.arange(_STAVES) * 2 * np.pi / _STAVES:
-        middle = (outer + inner) / 2
         cup.add_geom(
             type=mujoco.mjtGeom.mjGEOM_BOX,
-            size=((outer - inner) / 2, middle * np.tan(np.pi / _STAVES), CUP_HEIGHT / 2 - 0.002),
+            size=(CUP_WALL / 2, CUP_RADIUS * np.tan(np.pi / _STAVES), CUP_HEIGHT / 2 - 0.001),
             pos=(middle * np.cos(angle), middle * np.sin(angle), CUP_HEIGHT / 2),
             quat=about_z(angle),
-            mass=0.002,
-            **hidden,
+            mass=0.022,
+            **_WALL_CONTACT,
+            group=4,
         )
+    for angle in (np.arange(_FEET) + 0.5) * 2 * np.pi / _FEET:
+        for height in (foot, CUP_HEIGHT - foot):
+            cup.add_geom(
+                type=mujoco.mjtGeom.mjGEOM_SPHERE,
+                size=(foot, 0, 0),
+                pos=(middle * np.cos(angle), middle * np.sin(angle), height),
+                mass=0.001,
+                **hidden,
+            )
     half = (_BOTTOM - 0.001) / 2
     cup.add_geom(
         type=mujoco.mjtGeom.mjGEOM_CYLINDER,
         size=(CUP_RADIUS - 0.001, half, 0),
         pos=(0, 0, 0.001 + half),
-        mass=0.02,
+        mass=0.06,
         **hidden,
     )
     return cup

@@ -6,7 +6,7 @@ import mujoco
 
 SHELTER_HALF_WIDTH = 0.075
 """Metres from the middle of a shelter to its sides; its origin is the middle of its front edge, on the table."""
-_ROOF, _DEPTH, _THICKNESS = 0.135, 0.09, 0.005
+_ROOF, _DEPTH, _THICKNESS = 0.14, 0.09, 0.005
 """Height of the roof's lower face, depth, and half the boards' thickness, metres."""
 _CURB, _CURB_HEIGHT, _CURB_FRONT = 0.0065, 0.015, 0.057
 """Half the width and half the height of the low curbs in a cabinet, and how far inside the one at the back begins,

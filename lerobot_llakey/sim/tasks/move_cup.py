@@ -29,25 +29,28 @@ _TARGETS = {"blue": (0.10, 0.25, 0.90), "green": (0.10, 0.65, 0.20), "yellow": (
 _PAD = 0.05
 _LANES, _PADS = (0.365, 0.52, 0.675), (0.36, 0.49, 0.62)
 """Metres in front of the robot: shelters and the cup in the open, and the targets."""
-_FRONT, _SPOT, _PAD_Y = (0.235, 0.275), (0.05, 0.10), (-0.09, -0.04)
+_FRONT, _SPOT, _PAD_Y = (0.25, 0.28), (0.04, 0.09), (-0.10, -0.05)
 """Metres to the robot's left: the shelters' front edges, the cup in the open, and the targets."""
-_INSIDE = 0.018
-"""Metres from a shelter's front edge to the axis of the cup in it, half of which stands out."""
-_REACH = 0.03
-"""Metres by which a cup may miss its target's centre."""
+_INSIDE, _REACH = 0.018, 0.03
+"""Metres from a shelter's front edge to the axis of the cup in it, and by which a cup may miss its target's centre."""
 _LEFTWARDS = Rotation.from_matrix(np.array(((0, -1, 0), (0, 0, 1), (-1, 0, 0)), dtype=float))
 """A level hand that points to the robot's left, its x axis down: from there joint 7 can turn it by 180 degrees."""
-_GRIP, _RIM_GRIP = 0.0595, 0.013
+_GRIP, _RIM_GRIP = 0.07, 0.013
 """Height of a level hand that grips a cup by its sides, and how far below the rim a hand from above clamps it."""
-_BEHIND, _HIGHER, _ABOVE = 0.08, 0.035, 0.10
+_BEHIND, _HIGHER, _ABOVE = 0.08, 0.03, 0.10
 _HIGH, _CARRY, _PULL = 0.23, 0.12, 0.125
 """Height of the hand that turns a cup over, of the bottom of a cup on the way, and metres to pull out of a shelter."""
-_SHORT = 0.003
-"""Metres by which a level hand stops short of a cup's axis: the palm is close behind the cup."""
-_PLAY = 0.013
-"""Metres beside the cabinet's middle at which open fingers still pass its walls."""
-_DROP = 0.004
-"""A cup is let go this far above the target."""
+_LEAN = np.sin(np.deg2rad(10))
+"""Sine of the angle by which a cup may lean when it is let go: it comes to stand."""
+_SHORT, _PLAY = 0.003, 0.013
+"""Metres by which a level hand stops short of a cup's axis, and may be beside the cabinet's middle to pass it."""
+_ROOM = np.array(((0.34, -0.12, 0.0), (0.68, 0.30, 1.0)))
+"""Metres: where a level hand can turn about."""
+_ASIDE, _ASIDE_FROM = 0.03, 0.14
+"""Metres from its middle at which a cup is taken that lies this far to the left, by the shelters."""
+_HOVER, _DROP, _WRIST = 0.008, 0.016, 0.052
+"""Metres by which a pulled or slid cup is held too high, so as not to press on the table, above the target at which a
+cup is let go, and below which the wrist of a level hand meets the table."""
 _LEAD = np.deg2rad(25)
 """A hand that raises an upside-down cup begins to turn it, so that there is one shortest way to turn it on."""
 _NEAR, _ARRIVED, _PUT, _LOW, _TURNED = 0.045, 0.03, 0.023, 0.02, 0.35
@@ -146,15 +149,14 @@ class MoveCup(Task):
         up = _opening(cup)
         middle = cup.apply((0.0, 0.0, CUP_HEIGHT / 2))
         if abs(up[2]) < 0.7:
-            grasp = Pose(middle, top_down(_lying_yaw(up)))
+            if middle[1] > _ASIDE_FROM:
+                # By the end that is farther from the shelters, out of their way.
+                middle = middle - np.sign(up[1]) * _ASIDE * up
+            grasp = Pose(middle, top_down(np.arctan2(up[1], up[0])))
             before, side = grasp.shifted(z=_ABOVE), "top"
         elif up[2] > 0.93 and self._shelter(world, cup, 0.09) is None:
-            rim = (
-                cup.position[0],
-                cup.position[1] - CUP_RADIUS + CUP_WALL / 2,
-                cup.position[2] + CUP_HEIGHT - _RIM_GRIP,
-            )
-            grasp = Pose(np.array(rim), top_down())
+            rim = cup.position + (0.0, CUP_WALL / 2 - CUP_RADIUS, CUP_HEIGHT - _RIM_GRIP)
+            grasp = Pose(rim, top_down())
             before, side = grasp.shifted(z=_ABOVE), "top"
         else:
             x, y, _ = middle
@@ -181,41 +183,39 @@ class MoveCup(Task):
         upright = _upright(grip)
         goal = world.pose(f"{self.target}_target").position
 
-        def at(base: np.ndarray) -> Pose:
-            return Pose(base - upright.apply(grip.position), upright.as_quat())
+        def at(height: float) -> Pose:
+            """The tool's pose that holds the cup upright over the target."""
+            x, y, z = goal + (0, 0, height) - upright.apply(grip.position)
+            return Pose(np.array((x, y, max(z, _WRIST))), upright.as_quat())
 
-        top = Waypoint(at(goal + (0, 0, _CARRY)), False, False, instruct("move", "top", self._goal))
-        place = Waypoint(at(goal + (0, 0, _DROP)), False, True, instruct("place", self._thing, self._goal))
+        top = Waypoint(at(_CARRY), False, False, instruct("move", "top", self._goal))
+        place = Waypoint(at(_DROP), False, True, instruct("place", self._thing, self._goal))
         release = _release(place.pose, self._thing)
         turned, low = _opening(cup)[2] > np.cos(_TURNED), cup.apply((0, 0, CUP_HEIGHT / 2))[2] < 0.12
         if turned:
-            if self._off(world, cup) < _PUT and cup.position[2] < _LOW:
+            if self._off(world, cup) < _PUT and tool.position[2] < place.pose.position[2] + _LOW:
                 return [release]
             if self._off(world, cup) < _ARRIVED:
                 return [place, release]
             if low and along > -0.7:
-                slid = Waypoint(at(goal + (0, 0, 0.001)), False, True, instruct("slide", self._thing, self._goal))
+                slid = Waypoint(at(_HOVER), False, True, instruct("slide", self._thing, self._goal))
                 return [slid, _release(slid.pose, self._thing)]
-            raised = Waypoint(
-                Pose(tool.position * (1, 1, 0) + (0, 0, _HIGH), upright.as_quat()), False, True, instruct("raise")
-            )
-            return [raised, top, place, release] if low else [top, place, release]
+            return [_raise(tool, upright), top, place, release] if low else [top, place, release]
         steps = []
         shelter = self._shelter(world, cup, 0.05)
         if shelter is not None and low:
-            out = np.array((shelter.position[0], shelter.position[1] - _PULL, _GRIP))
+            out = np.array((shelter.position[0], shelter.position[1] - _PULL, _GRIP + _HOVER))
             tool = Pose(out, _LEFTWARDS.as_quat())
             steps.append(Waypoint(tool, False, True, instruct("pull_out", self._thing)))
         turning = tool.rotation
         if _opening(cup)[2] < -0.9:
             side = 1.0 if tool.rotation.as_matrix()[2, 0] > 0 else -1.0
             turning = upright * Rotation.from_euler("z", -side * (np.pi - _LEAD))
-        high = Pose(tool.position * (1, 1, 0) + (0, 0, _HIGH), turning.as_quat())
+        raised = _raise(tool, turning)
         if low:
-            steps.append(Waypoint(high, False, True, instruct("raise")))
-        rotated = Waypoint(
-            Pose(high.position, upright.as_quat()), False, False, instruct("rotate", self._thing, "the upright pose")
-        )
+            steps.append(raised)
+        there = Pose(np.clip(raised.pose.position, *_ROOM), upright.as_quat())
+        rotated = Waypoint(there, False, False, instruct("rotate", self._thing, "the upright pose"))
         return [*steps, rotated, top, place, release]
 
 
@@ -228,9 +228,9 @@ def _release(tool: Pose, thing: str) -> Waypoint:
     return Waypoint(tool, True, True, instruct("release", thing))
 
 
-def _lying_yaw(opening: np.ndarray) -> float:
-    """Yaw of a hand from above that takes a lying cup across."""
-    return float(np.arctan2(opening[1], opening[0]))
+def _raise(tool: Pose, rotation: Rotation) -> Waypoint:
+    high = Pose(tool.position * (1, 1, 0) + (0, 0, _HIGH), rotation.as_quat())
+    return Waypoint(high, False, True, instruct("raise"))
 
 
 def _upright(grip: Pose) -> Rotation:
@@ -239,7 +239,12 @@ def _upright(grip: Pose) -> Rotation:
     A hand that reaches down to it keeps its fingers along y; any other points to the robot's left.
     """
     axis = grip.rotation.as_matrix()[:, 2]
-    ahead, goal = ((1.0, 0.0, 0.0), (1.0, 0.0, 0.0)) if axis[2] < -0.7 else ((0.0, 0.0, 1.0), (0.0, 1.0, 0.0))
+    ahead, goal = (1.0, 0.0, 0.0), (1.0, 0.0, 0.0)
+    if axis[2] > -0.7:
+        ahead, goal = (0.0, 0.0, 1.0), (0.0, 1.0, 0.0)
+        # A level hand that would have to point upwards leaves the cup leaning instead: its wrist would meet the table.
+        axis = axis - (0.0, 0.0, np.clip(axis[2], 0.0, _LEAN))
+        axis /= np.linalg.norm(axis)
     forward = np.subtract(ahead, np.dot(ahead, axis) * axis)
     forward /= np.linalg.norm(forward)
     hand = np.column_stack((forward, np.cross(axis, forward), axis))
