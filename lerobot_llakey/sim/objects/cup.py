@@ -15,14 +15,6 @@ _INSIDE = (0.20, 0.17, 0.17, 1.0)
 """The inside is dark, so that an opening shows in a small picture."""
 _FRICTION = (0.8, 0.01, 0.001)
 """A cup on its side soon stops rolling; more friction would let a tilted one stand on its edge."""
-_WALL_CONTACT = {
-    "condim": 6,
-    "priority": 2,
-    "friction": (1.6, 0.03, 0.0005),
-    "solimp": (0.9, 0.95, 0.003, 0.5, 2),
-    "solref": (-15000, -300),
-}
-"""The fingertips' contact but stiffer: a fingertip that sinks deep into a seam of two staves is stuck there."""
 
 
 def add_cup(spec: mujoco.MjSpec, name: str, colour: tuple[float, float, float]) -> mujoco.MjsBody:
@@ -34,17 +26,12 @@ def add_cup(spec: mujoco.MjSpec, name: str, colour: tuple[float, float, float]) 
     cup.add_freejoint()
     _add_looks(spec, cup, name, colour)
     hidden = {"group": 4, "friction": _FRICTION}
-    middle, foot = CUP_RADIUS - CUP_WALL / 2, CUP_WALL / 2
+    stave = add_mesh(spec, f"{name}_stave", _stave())
     for angle in np.arange(_STAVES) * 2 * np.pi / _STAVES:
         cup.add_geom(
-            type=mujoco.mjtGeom.mjGEOM_BOX,
-            size=(CUP_WALL / 2, CUP_RADIUS * np.tan(np.pi / _STAVES), CUP_HEIGHT / 2 - 0.001),
-            pos=(middle * np.cos(angle), middle * np.sin(angle), CUP_HEIGHT / 2),
-            quat=about_z(angle),
-            mass=0.022,
-            **_WALL_CONTACT,
-            group=4,
+            type=mujoco.mjtGeom.mjGEOM_MESH, meshname=stave, quat=about_z(angle), mass=0.022, condim=6, **hidden
         )
+    middle, foot = CUP_RADIUS - CUP_WALL / 2, CUP_WALL / 2
     for angle in (np.arange(_FEET) + 0.5) * 2 * np.pi / _FEET:
         for height in (foot, CUP_HEIGHT - foot):
             cup.add_geom(
@@ -63,6 +50,19 @@ def add_cup(spec: mujoco.MjSpec, name: str, colour: tuple[float, float, float]) 
         **hidden,
     )
     return cup
+
+
+def _stave() -> np.ndarray:
+    """(8, 3) corners of one piece of the wall: what a plane at the inner radius cuts off a solid twelve-sided cup.
+
+    Each piece tapers into its neighbours. Were they boxes, a fingertip that sinks a little into a seam would be held
+    there between the ends of two of them.
+    """
+    outer, inner, step = CUP_RADIUS, CUP_RADIUS - CUP_WALL, 2 * np.pi / _STAVES
+    near = outer * np.tan(step / 2)
+    far = (outer - inner * np.cos(step)) / np.sin(step)
+    outline = np.array(((outer, near), (inner, far), (inner, -far), (outer, -near)))
+    return np.concatenate([np.column_stack((outline, np.full(4, z))) for z in (0.001, CUP_HEIGHT - 0.001)])
 
 
 def _add_looks(spec: mujoco.MjSpec, cup: mujoco.MjsBody, name: str, colour: tuple[float, float, float]) -> None:

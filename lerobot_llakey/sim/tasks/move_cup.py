@@ -40,8 +40,6 @@ _GRIP, _RIM_GRIP = 0.07, 0.013
 _BEHIND, _HIGHER, _ABOVE = 0.08, 0.03, 0.10
 _HIGH, _CARRY, _PULL = 0.23, 0.12, 0.125
 """Height of the hand that turns a cup over, of the bottom of a cup on the way, and metres to pull out of a shelter."""
-_LEAN = np.sin(np.deg2rad(10))
-"""Sine of the angle by which a cup may lean when it is let go: it comes to stand."""
 _SHORT, _PLAY = 0.003, 0.013
 """Metres by which a level hand stops short of a cup's axis, and may be beside the cabinet's middle to pass it."""
 _ROOM = np.array(((0.34, -0.12, 0.0), (0.68, 0.30, 1.0)))
@@ -51,8 +49,9 @@ _ASIDE, _ASIDE_FROM = 0.03, 0.14
 _HOVER, _DROP, _WRIST = 0.008, 0.016, 0.052
 """Metres by which a pulled or slid cup is held too high, so as not to press on the table, above the target at which a
 cup is let go, and below which the wrist of a level hand meets the table."""
-_LEAD = np.deg2rad(25)
-"""A hand that raises an upside-down cup begins to turn it, so that there is one shortest way to turn it on."""
+_LEAD, _LEAN = np.deg2rad((25, 10))
+"""Radians by which a hand that raises an upside-down cup begins to turn it, so that there is one shortest way to go on,
+and by which a cup may lean when it is let go: it comes to stand."""
 _NEAR, _ARRIVED, _PUT, _LOW, _TURNED = 0.045, 0.03, 0.023, 0.02, 0.35
 """How far (metres, and radians) a hand or a cup may be off and still be there: the next waypoint corrects the rest."""
 
@@ -146,8 +145,7 @@ class MoveCup(Task):
     def _take(self, world: World) -> list[Waypoint]:
         """To the cup, grasp it, and all that follows."""
         cup = self._cup(world)
-        up = _opening(cup)
-        middle = cup.apply((0.0, 0.0, CUP_HEIGHT / 2))
+        up, middle = _opening(cup), cup.apply((0.0, 0.0, CUP_HEIGHT / 2))
         if abs(up[2]) < 0.7:
             if middle[1] > _ASIDE_FROM:
                 # By the end that is farther from the shelters, out of their way.
@@ -159,8 +157,7 @@ class MoveCup(Task):
             grasp = Pose(rim, top_down())
             before, side = grasp.shifted(z=_ABOVE), "top"
         else:
-            x, y, _ = middle
-            cabinet = world.pose("cabinet").position
+            (x, y, _), cabinet = middle, world.pose("cabinet").position
             if abs(x - cabinet[0]) < SHELTER_HALF_WIDTH and y > cabinet[1]:
                 x = np.clip(x, cabinet[0] - _PLAY, cabinet[0] + _PLAY)
             grasp = Pose(np.array((x, y - _SHORT, _GRIP)), _LEFTWARDS.as_quat())
@@ -243,7 +240,7 @@ def _upright(grip: Pose) -> Rotation:
     if axis[2] > -0.7:
         ahead, goal = (0.0, 0.0, 1.0), (0.0, 1.0, 0.0)
         # A level hand that would have to point upwards leaves the cup leaning instead: its wrist would meet the table.
-        axis = axis - (0.0, 0.0, np.clip(axis[2], 0.0, _LEAN))
+        axis = axis - (0.0, 0.0, np.clip(axis[2], 0.0, np.sin(_LEAN)))
         axis /= np.linalg.norm(axis)
     forward = np.subtract(ahead, np.dot(ahead, axis) * axis)
     forward /= np.linalg.norm(forward)
