@@ -2,25 +2,20 @@
 
 from __future__ import annotations
 
-import os
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
-from multiprocessing import get_context
 from typing import Any
 
-import torch
 from tqdm import tqdm
 
 from lerobot_llakey import schema
+from lerobot_llakey.evaluation.workers import run_jobs, world_of
 from lerobot_llakey.sim.disturbances import check_disturbance
 from lerobot_llakey.sim.recorder import record
-from lerobot_llakey.sim.tasks import make_task, task_classes
-from lerobot_llakey.sim.world import World
+from lerobot_llakey.sim.tasks import task_classes
 
 _CHUNK = 10
-_worlds: dict[str, World] = {}
 
 
 @dataclass(frozen=True)
@@ -52,9 +47,7 @@ class Trial:
 
 def run_trials(task: str, split: str, indices: Sequence[int], disturbance: str = "") -> list[Trial]:
     """Let a task's expert act in some scenes of a split, disturbed where asked; variations take turns."""
-    if task not in _worlds:
-        _worlds[task] = World(make_task(task))
-    world = _worlds[task]
+    world = world_of(task)
     trials = []
     for index in indices:
         seed, variation = schema.scene_seed(split, index), index % world.task.variations
@@ -101,22 +94,12 @@ def evaluate_experts(
         for start in starts
         for task in tasks
     ]
-    workers = min(num_workers or os.cpu_count() or 1, len(jobs))
     trials: list[Trial] = []
     with tqdm(total=len(tasks) * num_episodes, unit="episode", desc="expert") as bar:
-
-        def gather(found: list[Trial]) -> None:
+        for found in run_jobs(run_trials, jobs, num_workers):
             trials.extend(found)
             bar.set_postfix(success=f"{sum(trial.success for trial in trials) / len(trials):.1%}", refresh=False)
             bar.update(len(found))
-
-        if workers <= 1:
-            for job in jobs:
-                gather(run_trials(*job))
-        else:
-            with ProcessPoolExecutor(workers, get_context("spawn"), torch.set_num_threads, (1,)) as pool:
-                for future in as_completed([pool.submit(run_trials, *job) for job in jobs]):
-                    gather(future.result())
     return sorted(trials, key=lambda trial: (tasks.index(trial.task), trial.seed))
 
 

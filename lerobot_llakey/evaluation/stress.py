@@ -2,25 +2,21 @@
 
 from __future__ import annotations
 
-import os
 import time
 from collections import Counter
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, field
-from multiprocessing import get_context
 
 import mujoco
 import numpy as np
-import torch
 from scipy.spatial.transform import Rotation
 from tqdm import tqdm
 
 from lerobot_llakey import schema
+from lerobot_llakey.evaluation.workers import run_jobs, world_of
 from lerobot_llakey.geometry import Pose
 from lerobot_llakey.sim.expert import MAX_STEPS
 from lerobot_llakey.sim.planning import PlanningError
-from lerobot_llakey.sim.tasks import make_task
 from lerobot_llakey.sim.world import World
 
 _SUNK = -0.03
@@ -110,15 +106,10 @@ def _is_sunk(position: np.ndarray) -> bool:
     return bool(inside and position[2] < _SUNK)
 
 
-_worlds: dict[str, World] = {}
-
-
 def _run(task: str, seeds: Sequence[int]) -> Stress:
-    if task not in _worlds:
-        _worlds[task] = World(make_task(task))
     total = Stress(task)
     for seed in seeds:
-        total.add(stress_episode(_worlds[task], seed))
+        total.add(stress_episode(world_of(task), seed))
     return total
 
 
@@ -140,18 +131,8 @@ def stress(tasks: Sequence[str], num_actions: int, split: str = "val", num_worke
     episodes = -(-num_actions // (MAX_STEPS * len(tasks)))
     jobs = [(task, [schema.scene_seed(split, index)]) for index in range(episodes) for task in tasks]
     totals = {task: Stress(task) for task in tasks}
-    workers = min(num_workers or os.cpu_count() or 1, len(jobs))
     with tqdm(total=len(jobs) * MAX_STEPS, unit="action", desc="stress") as bar:
-
-        def gather(found: Stress) -> None:
+        for found in run_jobs(_run, jobs, num_workers):
             totals[found.task].add(found)
             bar.update(MAX_STEPS)
-
-        if workers <= 1:
-            for job in jobs:
-                gather(_run(*job))
-        else:
-            with ProcessPoolExecutor(workers, get_context("spawn"), torch.set_num_threads, (1,)) as pool:
-                for future in as_completed([pool.submit(_run, *job) for job in jobs]):
-                    gather(future.result())
     return totals
