@@ -4,10 +4,7 @@ llakey demo --policy_path=checkpoints/llakey_small --task=open_drawer,close_jar,
 llakey demo --policy_path=expert --task=all --disturbance=drop
 """
 
-from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict, dataclass
-from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +17,7 @@ from lerobot_llakey.cli.output import write_results
 from lerobot_llakey.evaluation.overlay import annotate_frame
 from lerobot_llakey.evaluation.rollout import Actor, Agent, Episode, Expert, run_episode
 from lerobot_llakey.evaluation.tables import success_table
+from lerobot_llakey.evaluation.workers import run_jobs
 from lerobot_llakey.sim.env import LlakeySimEnv
 from lerobot_llakey.sim.tasks import parse_tasks
 
@@ -67,34 +65,17 @@ def run(config: DemoConfig) -> list[Episode]:
         ValueError: if a task is unknown.
     """
     tasks = parse_tasks(config.task)
-    jobs = [(task, index) for index in range(config.num_episodes) for task in tasks]
+    jobs = [(config, task, index) for index in range(config.num_episodes) for task in tasks]
     (config.output_dir / "videos").mkdir(parents=True, exist_ok=True)
     episodes = []
     with tqdm(total=len(jobs), desc="episodes", unit="episode") as progress:
-        for episode in _episodes(config, jobs):
+        for episode in run_jobs(_episode, jobs, max(1, config.num_workers)):
             episodes.append(episode)
             progress.update()
             progress.set_postfix(solved=f"{sum(e.success for e in episodes)}/{len(episodes)}")
     episodes.sort(key=lambda episode: (tasks.index(episode.task), episode.seed))
     write_results(config.output_dir, {"episodes": [asdict(episode) for episode in episodes]})
     return episodes
-
-
-def _episodes(config: DemoConfig, jobs: list[tuple[str, int]]) -> Iterator[Episode]:
-    if config.num_workers <= 1:
-        yield from (_episode(config, *job) for job in jobs)
-        return
-    # A fresh process for each worker: OpenGL contexts and PyTorch's threads do not survive a fork.
-    workers = min(config.num_workers, len(jobs))
-    with ProcessPoolExecutor(workers, get_context("spawn"), initializer=_use_one_thread) as pool:
-        for future in as_completed([pool.submit(_episode, config, *job) for job in jobs]):
-            yield future.result()
-
-
-def _use_one_thread() -> None:
-    import torch
-
-    torch.set_num_threads(1)
 
 
 _agents: dict[tuple[str, bool], Agent] = {}

@@ -33,6 +33,7 @@ def run_jobs[Result](
         for job in jobs:
             yield work(*job)
         return
+    # Fresh processes: OpenGL contexts and PyTorch's threads do not survive a fork.
     with ProcessPoolExecutor(workers, get_context("spawn"), torch.set_num_threads, (1,)) as pool:
         for future in as_completed([pool.submit(work, *job) for job in jobs]):
             yield future.result()
