@@ -94,10 +94,10 @@ def test_policies_run_without_the_simulators_libraries(path: Path) -> None:
 @pytest.mark.parametrize(
     ("source", "module", "expected"),
     [
-        ("from lerobot_llakey.sim.env import LlakeySimEnv", "policies.action.network", {"sim"}),
+        ("from lerobot_llakey.sim.env import LlakeySimEnv", "policies.action.stage", {"sim"}),
         ("from lerobot_llakey import policies", "sim.env", {"policies"}),
         ("def f():\n    import lerobot_llakey.datasets.collect", "sim.env", {"datasets"}),
-        ("from ..command import prompt", "policies.action.network", {"policies.command"}),
+        ("from ..command import prompt", "policies.action.stage", {"policies.command"}),
         ("from .. import cli", "evaluation.report", {"cli"}),
         ("from . import base", "sim.tasks.open_drawer", set()),
         ("from lerobot_llakey import schema", "geometry", set()),

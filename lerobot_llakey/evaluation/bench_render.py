@@ -11,7 +11,7 @@ import torch
 from torch import Tensor
 
 from lerobot_llakey import schema
-from lerobot_llakey.policies.action.renderer import VIEWS, gather_pixels, splat
+from lerobot_llakey.policies.action.views.renderer import VIEWS, gather_pixels, splat
 
 POINTS = len(schema.CAMERAS) * schema.IMAGE_SIZE**2
 RENDERED = ("top", "front", "side")

@@ -9,7 +9,7 @@ from torch import Tensor
 from lerobot_llakey import schema
 from lerobot_llakey.evaluation.looking import Look, StageLook
 from lerobot_llakey.evaluation.oblique import ObliqueView
-from lerobot_llakey.policies.action.renderer import VIEWS
+from lerobot_llakey.policies.action.views.renderer import VIEWS
 
 PREDICTED, TRUE = (255, 150, 30), (60, 220, 90)
 """RGB of what the policy decided and of what was recorded, on the page and in rerun."""

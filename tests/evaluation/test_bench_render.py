@@ -4,7 +4,7 @@ import pytest
 import torch
 
 from lerobot_llakey.evaluation.bench_render import POINTS, bench_render, draw_by_sorting
-from lerobot_llakey.policies.action.renderer import VIEWS, gather_pixels, splat
+from lerobot_llakey.policies.action.views.renderer import VIEWS, gather_pixels, splat
 
 
 @pytest.mark.parametrize("view", list(VIEWS))

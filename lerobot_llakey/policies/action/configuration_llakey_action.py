@@ -9,7 +9,7 @@ from lerobot.configs.types import FeatureType, NormalizationMode, PolicyFeature
 from lerobot.optim import AdamWConfig
 
 from lerobot_llakey import schema
-from lerobot_llakey.policies.action.renderer import VIEWS
+from lerobot_llakey.policies.action.views.renderer import VIEWS
 from lerobot_llakey.policies.keyframe_config import KeyframePolicyConfig
 
 CHOICES: dict[str, tuple[object, ...]] = {
@@ -37,7 +37,7 @@ class LlakeyActionConfig(KeyframePolicyConfig):
         stages: 2 to look again, at a crop around the first stage's point; 1 to read the pose at the first look.
         cameras: names of the cameras that are fused into the cloud, in the order of the stacked intrinsics.
         workspace: bounds ((x), (y), (z)) in metres, base frame, of the cloud and of every keyframe.
-        views: virtual orthographic views that are rendered, names of :data:`renderer.VIEWS`.
+        views: virtual orthographic views that are rendered, names of :data:`views.renderer.VIEWS`.
         view_size: height and width of a rendered view in pixels, a multiple of 16 ("small") or of ``patch_size``.
         crop_size: edge in metres of the cube around the first stage's point that the second stage renders.
         crop_noise: the training crops are centred on the target plus uniform noise up to this, in metres.

@@ -12,23 +12,23 @@ from dataclasses import dataclass
 from torch import Tensor
 
 from lerobot_llakey.policies.action.configuration_llakey_action import LlakeyActionConfig
-from lerobot_llakey.policies.action.heads import heat_weighted, pooled_at
-from lerobot_llakey.policies.action.hub_text import HubTextEncoder
-from lerobot_llakey.policies.action.network import MultiViewNetwork
-from lerobot_llakey.policies.action.pixels import (
+from lerobot_llakey.policies.action.heads.points import heat_weighted, pooled_at
+from lerobot_llakey.policies.action.heads.pose_heads import BinsHead, PoseHead
+from lerobot_llakey.policies.action.heads.rotation_in_turn import BinsInTurnHead
+from lerobot_llakey.policies.action.heads.rotation_sixd import SixDHead
+from lerobot_llakey.policies.action.networks.rvt import RvtNetwork
+from lerobot_llakey.policies.action.networks.rvt2 import Rvt2Network
+from lerobot_llakey.policies.action.networks.small import MultiViewNetwork
+from lerobot_llakey.policies.action.networks.view_network import ViewNetwork, ViewOutput
+from lerobot_llakey.policies.action.text.hub_encoder import HubTextEncoder
+from lerobot_llakey.policies.action.text.word_encoder import TextEncoder
+from lerobot_llakey.policies.action.views.pixels import (
     GROUNDED_CHANNELS,
     PLAIN_CHANNELS,
     Painter,
     grounded_pixels,
     plain_pixels,
 )
-from lerobot_llakey.policies.action.pose_heads import BinsHead, PoseHead
-from lerobot_llakey.policies.action.rotation_in_turn import BinsInTurnHead
-from lerobot_llakey.policies.action.rotation_sixd import SixDHead
-from lerobot_llakey.policies.action.rvt import RvtNetwork
-from lerobot_llakey.policies.action.rvt2 import Rvt2Network
-from lerobot_llakey.policies.action.text import TextEncoder
-from lerobot_llakey.policies.action.view_network import ViewNetwork, ViewOutput
 
 
 @dataclass(frozen=True)

@@ -11,27 +11,31 @@ from lerobot.policies.pretrained import PreTrainedPolicy
 from torch import Tensor, nn
 
 from lerobot_llakey import schema
-from lerobot_llakey.policies.action.augmentation import sample_motion, varied
-from lerobot_llakey.policies.action.conditioning import read_texts, reworded
+from lerobot_llakey.policies.action.batch.augmentation import sample_motion, varied
+from lerobot_llakey.policies.action.batch.labels import Labels, moved, read_labels
+from lerobot_llakey.policies.action.batch.point_cloud import PointCloud, fuse_views
+from lerobot_llakey.policies.action.batch.proprioception import (
+    Proprioception,
+    proprioception_width,
+    read_proprioception,
+)
 from lerobot_llakey.policies.action.configuration_llakey_action import LlakeyActionConfig
 from lerobot_llakey.policies.action.designs import DESIGNS, make_pose_head, make_text_encoder
-from lerobot_llakey.policies.action.heads import locate
-from lerobot_llakey.policies.action.labels import Labels, moved, read_labels
-from lerobot_llakey.policies.action.losses import (
+from lerobot_llakey.policies.action.heads.losses import (
     flag_loss,
     heat_loss,
     share_right,
     share_turned_less,
     share_within,
 )
-from lerobot_llakey.policies.action.point_cloud import PointCloud, fuse_views
-from lerobot_llakey.policies.action.pose_heads import PoseOutput
-from lerobot_llakey.policies.action.proprioception import Proprioception, proprioception_width, read_proprioception
-from lerobot_llakey.policies.action.scene import Scene
+from lerobot_llakey.policies.action.heads.points import locate
+from lerobot_llakey.policies.action.heads.pose_heads import PoseOutput
+from lerobot_llakey.policies.action.heads.targets import shrinking_sigma
+from lerobot_llakey.policies.action.networks.view_network import ViewOutput
 from lerobot_llakey.policies.action.stage import Stage
-from lerobot_llakey.policies.action.targets import shrinking_sigma
-from lerobot_llakey.policies.action.text import QueryPool, TextRoles
-from lerobot_llakey.policies.action.view_network import ViewOutput
+from lerobot_llakey.policies.action.text.conditioning import read_texts, reworded
+from lerobot_llakey.policies.action.text.word_encoder import QueryPool, TextRoles
+from lerobot_llakey.policies.action.views.scene import Scene
 
 CONDITION = 128
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import torch
 from torch import Tensor, nn
 
-from lerobot_llakey.policies.action.colour import ColourGrounding, colour_index
 from lerobot_llakey.policies.action.configuration_llakey_action import LlakeyActionConfig
 from lerobot_llakey.policies.action.designs import DESIGNS
-from lerobot_llakey.policies.action.renderer import splat
-from lerobot_llakey.policies.action.scene import Scene
-from lerobot_llakey.policies.action.view_network import ViewOutput
+from lerobot_llakey.policies.action.networks.view_network import ViewOutput
+from lerobot_llakey.policies.action.text.colour import ColourGrounding, colour_index
+from lerobot_llakey.policies.action.views.renderer import splat
+from lerobot_llakey.policies.action.views.scene import Scene
 
 
 class Stage(nn.Module):

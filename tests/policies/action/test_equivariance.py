@@ -8,14 +8,14 @@ from torch import Tensor
 
 from fakes_action import observation, small_config
 from lerobot_llakey import schema
-from lerobot_llakey.policies.action.augmentation import RigidMotion
-from lerobot_llakey.policies.action.heads import locate
-from lerobot_llakey.policies.action.labels import moved, read_labels
+from lerobot_llakey.policies.action.batch.augmentation import RigidMotion
+from lerobot_llakey.policies.action.batch.labels import moved, read_labels
+from lerobot_llakey.policies.action.batch.point_cloud import fuse_views
+from lerobot_llakey.policies.action.batch.proprioception import read_proprioception
+from lerobot_llakey.policies.action.heads.points import locate
+from lerobot_llakey.policies.action.heads.targets import heat_target
 from lerobot_llakey.policies.action.modeling_llakey_action import LlakeyActionPolicy
-from lerobot_llakey.policies.action.point_cloud import fuse_views
-from lerobot_llakey.policies.action.proprioception import read_proprioception
-from lerobot_llakey.policies.action.renderer import VIEWS, project, splat
-from lerobot_llakey.policies.action.targets import heat_target
+from lerobot_llakey.policies.action.views.renderer import VIEWS, project, splat
 
 MOTIONS = [(0.0, (0.06, 0.0, 0.0)), (0.0, (0.0, -0.06, 0.05)), (25.0, (0.0, 0.0, 0.0)), (-20.0, (-0.05, 0.05, 0.03))]
 

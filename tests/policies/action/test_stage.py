@@ -2,8 +2,8 @@ import pytest
 import torch
 
 from fakes_action import small_config
-from lerobot_llakey.policies.action.scene import Scene
 from lerobot_llakey.policies.action.stage import Stage
+from lerobot_llakey.policies.action.views.scene import Scene
 
 PUBLISHED = {"view_size": 44, "patch_size": 11, "token_width": 32, "transformer_layers": 2}
 

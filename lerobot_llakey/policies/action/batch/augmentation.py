@@ -1,0 +1,94 @@
+"""Random rigid motions of the whole scene (PerAct, RVT): cloud, target and present pose move together.
+
+Clouds can also be thinned and recoloured, which moves nothing.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+from lerobot_llakey import geometry
+from lerobot_llakey.policies.action.batch.point_cloud import PointCloud
+
+
+@dataclass
+class RigidMotion:
+    """A turn about the vertical through a pivot, then a translation; one for each row of a batch.
+
+    Attributes:
+        yaw: (B,) radians.
+        pivot: (B, 3) metres.
+        translation: (B, 3) metres.
+    """
+
+    yaw: Tensor
+    pivot: Tensor
+    translation: Tensor
+
+    def matrix(self) -> Tensor:
+        """The motions as homogeneous matrices (B, 4, 4)."""
+        cos, sin, zero = self.yaw.cos(), self.yaw.sin(), torch.zeros_like(self.yaw)
+        rows = (cos, -sin, zero, sin, cos, zero, zero, zero, zero + 1)
+        matrix = torch.eye(4, device=self.yaw.device).repeat(len(self.yaw), 1, 1)
+        matrix[:, :3, :3] = torch.stack(rows, dim=-1).unflatten(-1, (3, 3))
+        matrix[:, :3, 3] = self.pivot + self.translation - (matrix[:, :3, :3] @ self.pivot[..., None]).squeeze(-1)
+        return matrix
+
+    def move_points(self, points: Tensor) -> Tensor:
+        """One point (B, 3) for each row, in metres, after the motion."""
+        turned = (self.matrix()[:, :3, :3] @ (points - self.pivot)[..., None]).squeeze(-1)
+        return turned + (self.pivot + self.translation)  # exact for the pivot: rounding moves no target out
+
+    def move_cameras(self, extrinsics: Tensor) -> Tensor:
+        """Camera-to-base matrices (B, C, 4, 4) after the motion: moving the cameras moves all that they see."""
+        return self.matrix()[:, None] @ extrinsics
+
+    def move_quaternion(self, quaternion: Tensor) -> Tensor:
+        """Quaternions (B, 4) xyzw after the motion."""
+        turn = self.matrix()[:, :3, :3]
+        return geometry.matrix_to_quaternion(turn @ geometry.quaternion_to_matrix(quaternion))
+
+
+def sample_motion(target: Tensor, workspace: Tensor, translation: float, yaw_degrees: float) -> RigidMotion:
+    """Draw a motion for each target position (B, 3) that leaves it inside the workspace (3, 2), both in metres.
+
+    The turn is about the target itself, so that only the translation moves it, and that is limited to what fits.
+    """
+    yaw = (torch.rand(target.shape[0], device=target.device) * 2 - 1) * math.radians(yaw_degrees)
+    margin = 0.01 * (workspace[:, 1] - workspace[:, 0])
+    low = (workspace[:, 0] + margin - target).clamp(-translation, 0.0)
+    high = (workspace[:, 1] - margin - target).clamp(0.0, translation)
+    shift = low + torch.rand_like(target) * (high - low)
+    return RigidMotion(yaw, target, shift)
+
+
+def varied(cloud: PointCloud, batch: int, point_dropout: float, colour_jitter: float) -> PointCloud:
+    """The clouds of a batch with some points left out and other colours; at 0 and 0 the same cloud.
+
+    Args:
+        cloud: of the whole batch.
+        batch: number of rows B.
+        point_dropout: share of the points that are left out, drawn for each point.
+        colour_jitter: red, green and blue of a row are each multiplied by a number in 1 -+ this, and stay in 0..1.
+
+    Raises:
+        ValueError: naming the batch row if one has no point left.
+    """
+    points, colours, rows = cloud.points, cloud.colours, cloud.rows
+    if colour_jitter > 0:
+        gain = 1 + (torch.rand(batch, 3, device=colours.device) * 2 - 1) * colour_jitter
+        colours = (colours * gain[rows]).clamp(0.0, 1.0)
+    if point_dropout > 0:
+        kept = torch.rand(len(points), device=points.device) >= point_dropout
+        points, colours, rows = points[kept], colours[kept], rows[kept]
+        empty = torch.bincount(rows, minlength=batch) == 0
+        if empty.any():
+            raise ValueError(
+                f"Expected points to be left with policy.point_dropout={point_dropout}, got an empty cloud in batch "
+                f"row {int(empty.nonzero()[0])}; lower it."
+            )
+    return PointCloud(points, colours, rows)

@@ -1,0 +1,100 @@
+"""Fuse calibrated RGB-D views into one coloured point cloud in the base frame."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import torch
+from torch import Tensor
+
+from lerobot_llakey import geometry, schema
+from lerobot_llakey.policies.action.batch.camera_checks import check_calibration, check_depth
+
+MILLIMETRES = 1e-3
+
+
+@dataclass
+class PointCloud:
+    """The coloured clouds of a batch, end to end: every later step then costs only what was measured.
+
+    Attributes:
+        points: (M, 3) in metres, base frame.
+        colours: (M, 3) in 0..1.
+        rows: (M,) int64 batch row that each point belongs to.
+    """
+
+    points: Tensor
+    colours: Tensor
+    rows: Tensor
+
+
+def inside(points: Tensor, workspace: Tensor) -> Tensor:
+    """Which points (..., 3) lie inside bounds (3, 2) in metres; NaN never does."""
+    mask = torch.ones_like(points[..., 0], dtype=torch.bool)
+    for axis, (low, high) in enumerate(workspace.tolist()):
+        mask &= (points[..., axis] >= low) & (points[..., axis] < high)
+    return mask
+
+
+def _camera_stack(batch: Mapping[str, Any], cameras: Sequence[str]) -> tuple[Tensor, Tensor]:
+    images: list[Tensor] = []
+    depths: list[Tensor] = []
+    for camera in cameras:
+        for key, stack, channels in ((schema.image_key(camera), images, 3), (schema.depth_key(camera), depths, 1)):
+            if key not in batch:
+                given = ", ".join(sorted(name for name in batch if name.startswith(schema.image_key(""))))
+                raise ValueError(f"Expected the camera key {key} in the batch, got {given or 'no camera'}; add it.")
+            value = batch[key]
+            if value.ndim != 4 or value.shape[1] != channels:
+                raise ValueError(
+                    f"Expected {key} of shape (batch, {channels}, height, width), got {tuple(value.shape)}; check the "
+                    "camera's feature."
+                )
+            stack.append(value.float())
+            if value.shape[-2:] != stack[0].shape[-2:] or value.shape[-2:] != images[0].shape[-2:]:
+                raise ValueError(
+                    f"Expected every camera at {tuple(images[0].shape[-2:])} pixels, got {key} at "
+                    f"{tuple(value.shape[-2:])}; record all cameras at one size."
+                )
+    return torch.stack(images, dim=1), torch.stack(depths, dim=1).squeeze(2)
+
+
+def fuse_views(batch: Mapping[str, Any], cameras: Sequence[str], workspace: Tensor) -> PointCloud:
+    """One cloud for each row of a batch in the data contract.
+
+    Args:
+        batch: RGB (B, 3, H, W) in 0..1 and depth (B, 1, H, W) in millimetres for each camera; intrinsics (B, C, 3, 3)
+            in pixels and camera-to-base extrinsics (B, C, 4, 4).
+        cameras: names of the C cameras in the order of the calibration.
+        workspace: (3, 2) bounds in metres.
+
+    Returns:
+        The points inside the workspace. Depth that is zero or negative counts as not measured.
+
+    Raises:
+        ValueError: naming the key and batch row if a camera or its calibration is missing, an image's size does not
+            fit its intrinsics, extrinsics are no rigid transform, depth is not finite, or a row has no point inside
+            the workspace.
+    """
+    images, depths = _camera_stack(batch, cameras)
+    for key in (schema.INTRINSICS, schema.EXTRINSICS):
+        if key not in batch:
+            raise ValueError(f"Expected the calibration {key} in the batch, got none; add it to the observation.")
+    intrinsics, extrinsics = batch[schema.INTRINSICS].float(), batch[schema.EXTRINSICS].float()
+    check_calibration(intrinsics, extrinsics, cameras, (images.shape[-2], images.shape[-1]))
+    check_depth(depths, cameras)
+    points = geometry.unproject(depths * MILLIMETRES, intrinsics, extrinsics).flatten(1, 3)  # (B, C*H*W, 3)
+    valid = inside(points, workspace) & (depths.flatten(1) > 0)
+    empty = ~valid.any(dim=1)
+    if empty.any():
+        row = int(empty.nonzero()[0])
+        raise ValueError(
+            f"Expected points inside the workspace {workspace.tolist()} (metres), got a cloud with none from "
+            f"{schema.depth_key(cameras[0])} and the other cameras in batch row {row}; check the depth's unit "
+            f"(millimetres), {schema.EXTRINSICS} and the workspace."
+        )
+    rows, place = valid.nonzero(as_tuple=True)
+    colours = images.permute(0, 1, 3, 4, 2).flatten(1, 3)
+    return PointCloud(points[rows, place], colours[rows, place], rows)

@@ -1,0 +1,74 @@
+"""What the action policy is told about the present hand, and how far the episode has come."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import torch
+from torch import Tensor
+from torch.nn import functional as F
+
+from lerobot_llakey import schema
+from lerobot_llakey.policies.action.configuration_llakey_action import LlakeyActionConfig
+from lerobot_llakey.policies.action.heads.targets import quaternion_to_angles
+
+EPISODE_STEPS = 25
+"""Longest episode, in keyframe actions, that the timestep is scaled by (PerAct, RVT)."""
+
+
+@dataclass
+class Proprioception:
+    """What is told about the hand.
+
+    Attributes:
+        vector: (B, P) the network's input: the gripper's opening, then sine and cosine of the hand's angles unless the
+            gripper alone is told, then the timestep if it is asked for.
+        place: (B, 3) metres, NaN where it is not told.
+        angles: (B, 3) of the hand in radians, see :mod:`heads.targets`; zero where they are not told.
+    """
+
+    vector: Tensor
+    place: Tensor
+    angles: Tensor
+
+
+def proprioception_width(config: LlakeyActionConfig) -> int:
+    """P of :attr:`Proprioception.vector`."""
+    return (7 if config.proprioception == "pose" else 1) + config.use_timestep
+
+
+def read_proprioception(batch: Mapping[str, Any], config: LlakeyActionConfig) -> Proprioception:
+    """Read the state (B, 15) and the step (B, 1) of a batch, as the settings ask.
+
+    Raises:
+        ValueError: if the step or the state is asked for and missing.
+    """
+    rows, device = len(batch[schema.INTRINSICS]), batch[schema.INTRINSICS].device
+    opening, angles = torch.zeros(rows, 1, device=device), torch.zeros(rows, 3, device=device)
+    place = torch.full((rows, 3), torch.nan, device=device)
+    turns = torch.zeros(rows, 6, device=device)
+    if config.use_state:
+        if schema.STATE not in batch:
+            raise ValueError(f"Expected {schema.STATE} in the batch, got none; add it or train with use_state=false.")
+        state = batch[schema.STATE].float()
+        opening = state[:, schema.GRIPPER, None]
+        if config.proprioception == "pose":
+            place = state[:, schema.POSITION]
+            angles = quaternion_to_angles(F.normalize(state[:, schema.QUATERNION], dim=-1))
+            turns = torch.cat((angles.sin(), angles.cos()), dim=1)
+    parts = [opening, turns] if config.proprioception == "pose" else [opening]
+    if config.use_timestep:
+        parts.append(_timestep(batch, rows))
+    return Proprioception(torch.cat(parts, dim=1), place, angles)
+
+
+def _timestep(batch: Mapping[str, Any], rows: int) -> Tensor:
+    """1 at an episode's first action, -1 at its last (RVT)."""
+    if schema.STEP not in batch:
+        raise ValueError(
+            f"Expected {schema.STEP} (keyframe actions taken so far) in the batch as policy.use_timestep is on, got "
+            "none; add the column or train a policy without the timestep."
+        )
+    return 1 - 2 * batch[schema.STEP].float().reshape(rows, 1) / (EPISODE_STEPS - 1)

@@ -1,0 +1,52 @@
+"""The parts of the training loss that concern heat maps and flags, and how often they are right."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import torch
+from torch import Tensor
+from torch.nn import functional as F
+
+from lerobot_llakey.policies.action.heads.targets import heat_target
+from lerobot_llakey.policies.action.networks.view_network import ViewOutput
+from lerobot_llakey.policies.action.views.renderer import project
+
+
+def heat_loss(output: ViewOutput, point: Tensor, views: Sequence[str], sigma: float) -> Tensor:
+    """Cross-entropy (B,) of the heat maps against Gaussians around a point, averaged over the views.
+
+    Args:
+        output: of a stage.
+        point: (B, 3) in the unit cube that the stage has rendered.
+        views: names of the views.
+        sigma: standard deviation of the Gaussians in pixels.
+    """
+    target = heat_target(project(point, views), output.heat.shape[-1], sigma)
+    logs = output.heat.flatten(2).log_softmax(dim=-1)
+    return -(target.flatten(2) * logs).sum(dim=-1).mean(dim=1)
+
+
+def share_within(output: ViewOutput, point: Tensor, views: Sequence[str], distance: float) -> float:
+    """Share of views whose hottest pixel lies within a distance (in units of the stage's cube) of a point (B, 3)."""
+    size = output.heat.shape[-1]
+    best = output.heat.detach().flatten(2).argmax(dim=-1)
+    spot = torch.stack((best // size, best % size), dim=-1).add(0.5) / size
+    offset = (spot - project(point, views)).norm(dim=-1)
+    return (offset <= distance).float().mean().item()
+
+
+def flag_loss(logits: Tensor, flag: Tensor) -> Tensor:
+    """Cross-entropy (B,) of logits (B, 2) against a flag (B,) bool."""
+    return F.cross_entropy(logits, flag.long(), reduction="none")
+
+
+def share_right(logits: Tensor, flag: Tensor) -> float:
+    """Share of rows whose logits (B, 2) favour the flag (B,) bool."""
+    return (logits.argmax(dim=-1) == flag).float().mean().item()
+
+
+def share_turned_less(first: Tensor, second: Tensor, degrees: float) -> float:
+    """Share of rows in which two unit quaternions (B, 4) differ by at most some degrees."""
+    cosine = (first.double() * second.double()).sum(dim=-1).abs().clamp(max=1.0)
+    return (2 * cosine.arccos() <= torch.deg2rad(torch.tensor(degrees))).float().mean().item()

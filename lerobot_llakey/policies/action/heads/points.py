@@ -1,0 +1,68 @@
+"""From heat maps to a point, and to the features that the pose is read from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import torch
+from torch import Tensor, nn
+
+from lerobot_llakey.policies.action.networks.view_network import ViewOutput
+from lerobot_llakey.policies.action.views.renderer import VIEWS, project
+
+
+def locate(heat: Tensor, views: Sequence[str]) -> Tensor:
+    """The point of the unit cube whose projections are together most likely.
+
+    Every cell of the grid is scored by the sum of its log-probabilities in all views (RVT's back-projection, here a
+    sum of broadcast planes as the views are axis-aligned), and a parabola through the best cell's neighbours refines
+    each axis.
+
+    Args:
+        heat: (B, V, S, S) logits.
+        views: the V names.
+
+    Returns:
+        (B, 3) coordinates in the unit cube.
+    """
+    size = heat.shape[-1]
+    logs = heat.flatten(2).log_softmax(dim=-1).unflatten(2, (size, size))
+    score = logs.new_zeros(heat.shape[0], 1, 1, 1)
+    for view, name in enumerate(views):
+        row, column, depth, _ = VIEWS[name]
+        plane = logs[:, view] if row < column else logs[:, view].transpose(1, 2)
+        score = score + plane.unsqueeze(depth + 1)
+    shape = score.shape[1:]
+    best = torch.stack(torch.unravel_index(score.flatten(1).argmax(dim=1), shape), dim=-1)  # (B, 3)
+    rows = torch.arange(heat.shape[0], device=heat.device)
+    refined = []
+    for axis in range(3):
+        around = []
+        for step in (-1, 0, 1):
+            cell = best.clone()
+            cell[:, axis] = (cell[:, axis] + step).clamp(0, size - 1)
+            around.append(score[rows, cell[:, 0], cell[:, 1], cell[:, 2]])
+        low, middle, high = around
+        bend = (low + high - 2 * middle).clamp(max=-1e-6)
+        refined.append(best[:, axis] + 0.5 + (0.5 * (low - high) / bend).clamp(-0.5, 0.5))
+    return torch.stack(refined, dim=-1) / size
+
+
+def features_at(features: Tensor, points: Tensor, views: Sequence[str]) -> Tensor:
+    """Bilinear features (B, V * C) at the projections of points (B, 3) of the unit cube; features (B, V, H, W, C)."""
+    spots = project(points, views).flip(-1) * 2 - 1  # grid_sample wants x (columns) first
+    maps = features.flatten(0, 1).permute(0, 3, 1, 2)
+    grid = spots.flatten(0, 1)[:, None, None].to(maps.dtype)
+    picked = nn.functional.grid_sample(maps, grid, padding_mode="border", align_corners=False)
+    return picked.flatten(1).unflatten(0, features.shape[:2]).flatten(1)
+
+
+def pooled_at(output: ViewOutput, points: Tensor, views: Sequence[str]) -> Tensor:
+    """Features (B, V * C) at points (B, 3) of the unit cube (RVT-2's location-conditioned features)."""
+    return features_at(output.features, points, views)
+
+
+def heat_weighted(output: ViewOutput, points: Tensor, views: Sequence[str]) -> Tensor:
+    """Features (B, V * C) of each view's pixels, weighted by its heat map (RVT); the points are not looked at."""
+    share = output.heat.detach().flatten(2).softmax(dim=-1).to(output.features.dtype)  # (B, V, S * S)
+    return (share[:, :, None] @ output.features.flatten(2, 3)).flatten(1)

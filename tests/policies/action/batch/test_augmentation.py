@@ -1,0 +1,103 @@
+import math
+
+import pytest
+import torch
+
+from lerobot_llakey import geometry, schema
+from lerobot_llakey.policies.action.batch.augmentation import sample_motion, varied
+from lerobot_llakey.policies.action.batch.point_cloud import PointCloud, inside
+
+WORKSPACE = torch.tensor(schema.WORKSPACE)
+
+
+def random_poses(count):
+    generator = torch.Generator().manual_seed(0)
+    low, high = WORKSPACE[:, 0], WORKSPACE[:, 1]
+    positions = low + torch.rand(count, 3, generator=generator) * (high - low)
+    return positions, torch.nn.functional.normalize(torch.randn(count, 4, generator=generator), dim=-1)
+
+
+def test_targets_stay_in_the_workspace_and_move_within_the_limits():
+    positions, _ = random_poses(2000)
+    motion = sample_motion(positions, WORKSPACE, 0.125, 45.0)
+    moved = motion.move_points(positions)
+    assert ((moved > WORKSPACE[:, 0]) & (moved < WORKSPACE[:, 1])).all()
+    assert (moved - positions).abs().max() <= 0.125 + 1e-5
+    assert (moved - positions).abs().amax(dim=0).min() > 0.1
+    assert 40 < math.degrees(motion.yaw.abs().max()) <= 45
+
+
+def test_points_and_poses_move_as_one_body():
+    positions, quaternions = random_poses(50)
+    motion = sample_motion(positions, WORKSPACE, 0.125, 45.0)
+    rotation = geometry.quaternion_to_matrix(quaternions)
+    tips = positions + 0.1 * rotation[..., 2]
+    moved, moved_tips = motion.move_points(positions), motion.move_points(tips)
+    turned = geometry.quaternion_to_matrix(motion.move_quaternion(quaternions))
+    assert torch.allclose(moved_tips, moved + 0.1 * turned[..., 2], atol=1e-5)
+    assert torch.allclose(moved, positions + motion.translation, atol=1e-5)
+
+
+def test_no_limits_leave_the_scene_alone():
+    positions, quaternions = random_poses(10)
+    inner = positions.clamp(min=WORKSPACE[:, 0] + 0.02, max=WORKSPACE[:, 1] - 0.02)
+    motion = sample_motion(inner, WORKSPACE, 0.0, 0.0)
+    assert torch.allclose(motion.move_points(inner), inner, atol=1e-6)
+    turned = geometry.quaternion_to_matrix(motion.move_quaternion(quaternions))
+    assert torch.allclose(turned, geometry.quaternion_to_matrix(quaternions), atol=1e-5)
+
+
+def test_moved_cameras_see_the_moved_scene():
+    positions, _ = random_poses(3)
+    motion = sample_motion(positions, WORKSPACE, 0.125, 45.0)
+    cameras = torch.eye(4).repeat(3, 2, 1, 1)
+    cameras[:, :, :3, 3] = torch.randn(3, 2, 3, generator=torch.Generator().manual_seed(1))
+    local = positions[:, None] - cameras[:, :, :3, 3]  # unturned cameras: what each sees of the position
+    moved = motion.move_cameras(cameras)
+    seen = (moved[..., :3, :3] @ local[..., None]).squeeze(-1) + moved[..., :3, 3]
+    assert torch.allclose(seen, motion.move_points(positions)[:, None].expand_as(seen), atol=1e-5)
+
+
+def test_targets_at_the_very_edge_stay_inside():
+    highest = torch.nextafter(WORKSPACE[:, 1], torch.full((3,), -9.0))
+    corners = torch.cartesian_prod(*torch.stack((WORKSPACE[:, 0], highest), dim=1)).repeat(200, 1)
+    for translation in (0.0, 0.125):
+        motion = sample_motion(corners, WORKSPACE, translation, 45.0)
+        assert inside(motion.move_points(corners), WORKSPACE).all()
+
+
+def a_cloud(*counts):
+    rows = torch.repeat_interleave(torch.arange(len(counts)), torch.tensor(counts))
+    return PointCloud(torch.rand(len(rows), 3), torch.full((len(rows), 3), 0.5), rows)
+
+
+def test_points_are_left_out_and_the_others_stay_whole():
+    cloud = a_cloud(4000, 4000)
+    cloud.colours = cloud.points.clone()
+    fewer = varied(cloud, 2, 0.25, 0.0)
+    assert torch.bincount(fewer.rows).tolist() == pytest.approx([3000, 3000], abs=200)
+    assert torch.equal(fewer.points, fewer.colours)
+    assert torch.isin(fewer.points[:, 0], cloud.points[:, 0]).all()
+
+
+def test_a_cloud_that_becomes_empty_names_its_row():
+    with pytest.raises(ValueError, match=r"point_dropout=0.99.*batch row 1"):
+        varied(a_cloud(5000, 0), 2, 0.99, 0.0)
+
+
+def test_colours_change_by_row_and_within_the_limits():
+    cloud = a_cloud(*[2] * 500)
+    jittered = varied(cloud, 500, 0.0, 0.2).colours
+    assert torch.equal(jittered[::2], jittered[1::2]), "one change for all points of a row"
+    assert (jittered - 0.5).abs().max() <= 0.1 + 1e-6
+    assert jittered.std(dim=0).min() > 0.03
+    cloud.colours[:] = 1.0
+    assert varied(cloud, 500, 0.0, 0.2).colours.max() <= 1.0
+
+
+def test_nothing_is_varied_by_default():
+    cloud = a_cloud(10, 10)
+    state = torch.get_rng_state()
+    same = varied(cloud, 2, 0.0, 0.0)
+    assert torch.equal(same.points, cloud.points) and torch.equal(same.colours, cloud.colours)
+    assert torch.equal(torch.get_rng_state(), state)

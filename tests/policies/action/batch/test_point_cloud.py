@@ -1,0 +1,81 @@
+import pytest
+import torch
+
+from fakes import COLOURS
+from fakes_action import observation
+from lerobot_llakey import schema
+from lerobot_llakey.policies.action.batch.point_cloud import fuse_views
+
+WORKSPACE = torch.tensor(schema.WORKSPACE)
+
+
+def test_points_lie_on_the_table_and_the_balls():
+    batch, centres, _ = observation(rows=2)
+    cloud = fuse_views(batch, schema.CAMERAS, WORKSPACE)
+    assert cloud.points.shape == cloud.colours.shape == (len(cloud.rows), 3)
+    for row in range(2):
+        points = cloud.points[cloud.rows == row]
+        on_table = points[:, 2].abs() < 2e-3
+        on_ball = ((points[:, None] - centres[row]).norm(dim=-1) - 0.04).abs().amin(dim=1) < 2e-3
+        assert (on_table | on_ball).all()
+        assert on_ball.sum() > 10
+
+
+def test_unmeasured_depth_makes_no_points():
+    batch, _, _ = observation(rows=1)
+    cloud = fuse_views(batch, schema.CAMERAS, WORKSPACE)
+    depth = batch[schema.depth_key("front")]
+    depth[:, :, :16] = 0.0
+    depth[:, :, 16] = -1.0
+    fewer = fuse_views(batch, schema.CAMERAS, WORKSPACE)
+    assert 0 < len(cloud.points) - len(fewer.points) <= 17 * 32
+    assert fewer.points.isfinite().all()
+
+
+def test_points_keep_the_colour_of_their_pixel():
+    batch, centres, names = observation(rows=2)
+    cloud = fuse_views(batch, schema.CAMERAS, WORKSPACE)
+    for row in range(2):
+        near = (cloud.rows == row) & ((cloud.points - centres[row, 0]).norm(dim=1) < 0.041)
+        assert (cloud.colours[near] - torch.tensor(COLOURS[names[row]])).abs().max() < 0.01
+
+
+def test_a_missing_camera_is_named():
+    batch, _, _ = observation(rows=1)
+    del batch[schema.depth_key("wrist")]
+    with pytest.raises(ValueError, match=r"observation\.images\.wrist_depth"):
+        fuse_views(batch, schema.CAMERAS, WORKSPACE)
+
+
+def test_missing_calibration_is_named():
+    batch, _, _ = observation(rows=1)
+    del batch[schema.EXTRINSICS]
+    with pytest.raises(ValueError, match="camera_extrinsics"):
+        fuse_views(batch, schema.CAMERAS, WORKSPACE)
+
+
+def test_what_cannot_be_fused_is_refused():
+    batch, _, _ = observation(rows=2)
+    batch[schema.depth_key("wrist")][1, 0, 3, 4] = float("nan")
+    with pytest.raises(ValueError, match=r"wrist_depth.*batch row 1"):
+        fuse_views(batch, schema.CAMERAS, WORKSPACE)
+    batch, _, _ = observation(rows=2)
+    batch[schema.INTRINSICS][1, 2] *= 4
+    with pytest.raises(ValueError, match="camera_intrinsics of an image of 32x32"):
+        fuse_views(batch, schema.CAMERAS, WORKSPACE)
+
+
+def test_cameras_of_different_sizes_are_refused():
+    batch, _, _ = observation(rows=1)
+    key = schema.image_key("left_shoulder")
+    batch[key] = batch[key][..., :16, :16]
+    with pytest.raises(ValueError, match="left_shoulder at"):
+        fuse_views(batch, schema.CAMERAS, WORKSPACE)
+
+
+def test_a_cloud_without_points_in_the_workspace_names_its_row():
+    batch, _, _ = observation(rows=2)
+    for camera in schema.CAMERAS:
+        batch[schema.depth_key(camera)][1] /= 1000.0  # metres by mistake
+    with pytest.raises(ValueError, match=r"none from.*batch row 1"):
+        fuse_views(batch, schema.CAMERAS, torch.tensor([[0.0, 1.0], [-0.5, 0.5], [-0.05, 0.3]]))

@@ -1,0 +1,50 @@
+import torch
+
+from lerobot_llakey.policies.action.heads.points import features_at, heat_weighted, locate
+from lerobot_llakey.policies.action.heads.targets import heat_target
+from lerobot_llakey.policies.action.networks.view_network import ViewOutput
+from lerobot_llakey.policies.action.views.renderer import project
+
+VIEWS = ("top", "front", "side")
+
+
+def test_points_are_found_back_from_their_heat_maps_to_a_fraction_of_a_pixel():
+    points = torch.rand(20, 3, generator=torch.Generator().manual_seed(0)) * 0.8 + 0.1
+    heat = heat_target(project(points, VIEWS), 40, 1.5).clamp(min=1e-12).log()
+    assert (locate(heat, VIEWS) - points).abs().max() < 0.1 / 40
+
+
+def test_the_chosen_point_is_the_best_of_all_cells():
+    heat = torch.randn(1, 3, 9, 9, generator=torch.Generator().manual_seed(1))
+    logs = heat.flatten(2).log_softmax(-1).view(3, 9, 9)
+    score = torch.stack(
+        [logs[0, x, y] + logs[1, z, y] + logs[2, z, x] for x in range(9) for y in range(9) for z in range(9)]
+    )
+    best = torch.stack(torch.unravel_index(score.argmax(), (9, 9, 9)))
+    assert (locate(heat, VIEWS)[0] * 9 - 0.5 - best).abs().max() <= 0.5
+
+
+def test_features_are_read_at_the_projections():
+    row = torch.arange(8.0)[:, None].expand(8, 8)
+    column = torch.arange(8.0)[None, :].expand(8, 8)
+    maps = torch.stack((row, column), dim=-1).expand(1, 3, 8, 8, 2)
+    point = torch.tensor([[0.25, 0.5, 0.75]])
+    expected = (project(point, VIEWS) * 8 - 0.5).flatten(1)
+    assert torch.allclose(features_at(maps, point, VIEWS), expected, atol=1e-5)
+
+
+def test_heat_weighted_features_are_the_hot_pixels():
+    heat = torch.full((1, 3, 4, 4), -30.0)
+    heat[0, 0, 1, 2] = heat[0, 1, 3, 0] = 30.0
+    heat[0, 2] = 0.0  # equally warm everywhere
+    features = torch.randn(1, 3, 4, 4, 5)
+    pooled = heat_weighted(ViewOutput(heat, features, torch.zeros(1, 1)), torch.zeros(1, 3), VIEWS).view(3, 5)
+    expected = torch.stack((features[0, 0, 1, 2], features[0, 1, 3, 0], features[0, 2].mean(dim=(0, 1))))
+    assert torch.allclose(pooled, expected, atol=1e-5)
+
+
+def test_the_pose_does_not_steer_the_heat_map():
+    heat = torch.randn(1, 3, 4, 4, requires_grad=True)
+    features = torch.randn(1, 3, 4, 4, 5, requires_grad=True)
+    heat_weighted(ViewOutput(heat, features, torch.zeros(1, 1)), torch.zeros(1, 3), VIEWS).sum().backward()
+    assert heat.grad is None and features.grad.any()

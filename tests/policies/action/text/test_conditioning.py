@@ -1,0 +1,40 @@
+"""The words that steer the action policy come from where the settings say."""
+
+import numpy as np
+import pytest
+import torch
+
+from fakes_action import observation, small_config
+from lerobot_llakey import schema
+from lerobot_llakey.policies.action.text.conditioning import read_texts, reworded
+
+
+def test_the_instruction_comes_before_the_oracle_and_the_oracle_before_the_task() -> None:
+    batch, _, _ = observation(rows=2)
+    codes = [torch.from_numpy(schema.encode_text(text)) for text in ("raise the robotic arm", "grasp the lid")]
+    batch |= {schema.TASK: ["a", "b"], schema.ORACLE_INSTRUCTION: torch.stack(codes), schema.INSTRUCTION: ["c", "d"]}
+    assert read_texts(batch, small_config()) == [["c", "d"]]
+    del batch[schema.INSTRUCTION]
+    assert read_texts(batch, small_config()) == [["raise the robotic arm", "grasp the lid"]]
+    assert read_texts(batch, small_config(instruction_source="instruction")) == [["a", "b"]]
+
+
+def test_the_task_alone_or_both_can_steer() -> None:
+    batch, _, _ = observation(rows=1)
+    batch |= {schema.TASK: ["close the red jar"], schema.INSTRUCTION: ["grasp the red lid"]}
+    assert read_texts(batch, small_config(condition_on="task")) == [["close the red jar"]]
+    assert read_texts(batch, small_config(condition_on="both")) == [["close the red jar"], ["grasp the red lid"]]
+
+
+def test_rewording_keeps_unknown_texts() -> None:
+    rng = np.random.default_rng(0)
+    assert {reworded("grasp the red lid", 1.0, rng) for _ in range(50)} == {"grasp the red lid", "grab the red lid"}
+    assert reworded("do what you like", 1.0, rng) == "do what you like"
+    assert reworded("grasp the red lid", 0.0, rng) == "grasp the red lid"
+
+
+def test_an_empty_instruction_is_named_with_its_row() -> None:
+    batch, _, _ = observation(rows=2)
+    batch[schema.INSTRUCTION][1] = " "
+    with pytest.raises(ValueError, match=r"words in observation\.instruction, got an empty text in batch row 1"):
+        read_texts(batch, small_config())
