@@ -5,7 +5,7 @@ Source: section III-C of the paper (LLaVA on three views, loss on the answer alo
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -18,24 +18,19 @@ from torch.nn import functional
 from transformers import LogitsProcessorList
 
 from lerobot_llakey import instructions, schema
-from lerobot_llakey.policies.command.auxiliary import KeyframeHead
 from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
 from lerobot_llakey.policies.command.decoding import KnownAnswers, Trie
-from lerobot_llakey.policies.command.encoding import IGNORED, Encoder, ProcessorEncoder, WordEncoder
+from lerobot_llakey.policies.command.encoding import IGNORED
 from lerobot_llakey.policies.command.images import augment, stack_views
-from lerobot_llakey.policies.command.model import (
-    build_from_assets,
-    build_small,
-    freeze_vision,
-    load_pretrained,
-    save_assets,
-)
-from lerobot_llakey.policies.command.prompt import Prompt, sentences
-from lerobot_llakey.policies.command.tokenizer import WordTokenizer, grammar_words, known_words
+from lerobot_llakey.policies.command.language_model import build_language_model
+from lerobot_llakey.policies.command.metrics import answer_metrics
+from lerobot_llakey.policies.command.parameter_groups import parameter_groups
+from lerobot_llakey.policies.command.pretrained.loading import ASSETS, save_assets
+from lerobot_llakey.policies.command.prompt import Prompt
+from lerobot_llakey.policies.command.small.auxiliary import KeyframeHead
+from lerobot_llakey.policies.command.small.tokenizer import grammar_words, known_words
+from lerobot_llakey.policies.command.texts import text_column
 from lerobot_llakey.policies.command.vocabulary import dataset_instructions, dataset_tasks
-
-ASSETS = "language_model"
-"""Folder inside a checkpoint that rebuilds a pretrained model's architecture and processor."""
 
 
 class LlakeyCommandPolicy(PreTrainedPolicy):
@@ -71,21 +66,8 @@ class LlakeyCommandPolicy(PreTrainedPolicy):
         config.input_features = {key: features[key] for key in config.image_keys}
         if dataset_meta is not None:
             self._learn_texts(dataset_meta)
-        self.model: Any
-        self.encoder: Encoder
-        self._processor: Any = None
-        if config.model is None:
-            # Without words the vocabulary of a dataset is unknown; bytes and the grammar still spell everything.
-            tokenizer = WordTokenizer(config.words or grammar_words(), sentences(config.views))
-            self.model = build_small(config, tokenizer)
-            image_tokens = (config.image_size // config.patch_size) ** 2
-            self.encoder = WordEncoder(tokenizer, config.image_size, image_tokens)
-        else:
-            built = load_pretrained(config.model) if assets_dir is None else build_from_assets(Path(assets_dir))
-            self.model, self._processor = built
-            self.encoder = ProcessorEncoder(self._processor, config.prompt_format)
-        if config.model is not None if config.freeze_vision is None else config.freeze_vision:
-            freeze_vision(self.model)
+        built = build_language_model(config, assets_dir)
+        self.model, self.encoder, self._processor = built.model, built.encoder, built.processor
         self.auxiliary = KeyframeHead(config.text_width) if config.model is None and config.auxiliary_weight else None
         self._trie = Trie(self.encoder.answer(text) for text in config.instructions)
         self._rng = np.random.default_rng(0)
@@ -115,19 +97,7 @@ class LlakeyCommandPolicy(PreTrainedPolicy):
 
     def get_optim_params(self) -> list[dict[str, Any]]:
         """Parameters in groups: hidden matrices (for Muon), other weights, and what does not decay."""
-        hidden: list[Tensor] = []
-        weights: list[Tensor] = []
-        rest: list[Tensor] = []
-        for name, value in self.named_parameters():
-            if not value.requires_grad:
-                continue
-            if value.ndim < 2 or "embed" in name:
-                rest.append(value)
-            elif value.ndim == 2 and ".layers." in name:
-                hidden.append(value)
-            else:
-                weights.append(value)
-        return [{"params": hidden, "muon": True}, {"params": weights}, {"params": rest, "weight_decay": 0.0}]
+        return parameter_groups(self.named_parameters())
 
     def reset(self) -> None:
         """Nothing is remembered between decisions: the previous instruction comes with the batch."""
@@ -147,7 +117,7 @@ class LlakeyCommandPolicy(PreTrainedPolicy):
         Raises:
             ValueError: if something is missing in the batch.
         """
-        answers = _texts(batch, schema.INSTRUCTION)
+        answers = text_column(batch, schema.INSTRUCTION)
         images = stack_views(batch, self.config.image_keys)
         if self.training:
             images = augment(images, self.config.shift_pixels, self.config.colour_jitter)
@@ -159,17 +129,8 @@ class LlakeyCommandPolicy(PreTrainedPolicy):
             logits = self.model.lm_head(hidden).float()
         losses = functional.cross_entropy(logits.transpose(1, 2), labels, ignore_index=IGNORED, reduction="none")
         counted = labels != IGNORED
-        right = ((logits.argmax(-1) == labels) | ~counted).detach()
-        exact = right.all(dim=1).float()
-        metrics = {
-            "token_accuracy": float((right & counted).sum() / counted.sum()),
-            "instruction_accuracy": float(exact.mean()),
-        }
-        if schema.PREVIOUS_INSTRUCTION in batch:
-            previous = _texts(batch, schema.PREVIOUS_INSTRUCTION)
-            changed = [old != new for old, new in zip(previous, answers, strict=True)]
-            if any(changed):
-                metrics["changed_instruction_accuracy"] = float(exact[changed].mean())
+        previous = text_column(batch, schema.PREVIOUS_INSTRUCTION) if schema.PREVIOUS_INSTRUCTION in batch else None
+        metrics = answer_metrics(logits.detach().argmax(-1) == labels, counted, answers, previous)
         loss = losses.sum(1) / counted.sum(1) if reduction == "none" else losses.sum() / counted.sum()
         if self.auxiliary is not None and self.training and schema.STATE in batch and schema.ACTION in batch:
             aid = self.auxiliary.loss(hidden[:, 0], batch[schema.STATE], batch[schema.ACTION])
@@ -214,11 +175,11 @@ class LlakeyCommandPolicy(PreTrainedPolicy):
     predict_action_chunk = select_action
 
     def _prompts(self, batch: Mapping[str, Any]) -> list[Prompt]:
-        tasks = _texts(batch, schema.TASK)
+        tasks = text_column(batch, schema.TASK)
         views = tuple(self.config.views)
         if not self.config.history:
             return [Prompt(views, task) for task in tasks]
-        previous = _texts(batch, schema.PREVIOUS_INSTRUCTION, default=[""] * len(tasks))
+        previous = text_column(batch, schema.PREVIOUS_INSTRUCTION, default=[""] * len(tasks))
         if self.training:
             hidden = self._rng.random(len(tasks)) < self.config.history_dropout
             previous = ["" if hide else text for hide, text in zip(hidden, previous, strict=True)]
@@ -232,13 +193,3 @@ class LlakeyCommandPolicy(PreTrainedPolicy):
     def _autocast(self, device: torch.device) -> torch.autocast:
         dtype = getattr(torch, self.config.dtype)
         return torch.autocast(device.type, dtype=torch.bfloat16, enabled=dtype is not torch.float32)
-
-
-def _texts(batch: Mapping[str, Any], key: str, default: Sequence[str] | None = None) -> list[str]:
-    """A text column of a batch, one str a row."""
-    value = batch.get(key, default)
-    if value is None:
-        raise ValueError(
-            f"Expected {key!r} in the batch, got {sorted(batch)}; use a dataset or environment that has it."
-        )
-    return [value] if isinstance(value, str) else [str(text) for text in value]

@@ -17,8 +17,8 @@ from torch import Tensor
 
 from lerobot_llakey import schema
 from lerobot_llakey.policies.action.modeling_llakey_action import LlakeyActionPolicy
-from lerobot_llakey.policies.command.model import save_assets
-from lerobot_llakey.policies.command.modeling_llakey_command import ASSETS, LlakeyCommandPolicy
+from lerobot_llakey.policies.command.modeling_llakey_command import LlakeyCommandPolicy
+from lerobot_llakey.policies.command.pretrained.loading import ASSETS, save_assets
 from lerobot_llakey.policies.hierarchy.configuration_llakey import LlakeyConfig
 from lerobot_llakey.policies.hierarchy.parts import check_keys, load_part, parameter_groups
 from lerobot_llakey.policies.hierarchy.supervisor import Supervisor, SupervisorSettings
@@ -176,6 +176,11 @@ class LlakeyPolicy(PreTrainedPolicy):
         for part in (self.command, self.action):
             if part is not None:
                 part.reset()
+
+    def reseed(self, seed: int) -> None:
+        """Forget all episodes, and let what follows depend on this seed alone, whatever was done before."""
+        self.config.seed, self._resets = seed, 0
+        self.reset()
 
     @torch.no_grad()
     def select_action(self, batch: dict[str, Any], **kwargs: Any) -> Tensor:

@@ -144,7 +144,7 @@ def test_pretrained_llava_trains_and_its_checkpoint_stands_alone(tiny_llava, key
     assert _fit(policy, batch, steps=15, lr=1e-2) < before.item()
     policy.save_pretrained(tmp_path / "saved")
     monkeypatch.setattr(
-        "lerobot_llakey.policies.command.modeling_llakey_command.load_pretrained",
+        "lerobot_llakey.policies.command.language_model.load_pretrained",
         lambda name: pytest.fail("loaded again"),
     )
     loaded = LlakeyCommandPolicy.from_pretrained(tmp_path / "saved")

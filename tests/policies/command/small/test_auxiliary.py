@@ -1,7 +1,7 @@
 import torch
 
 from lerobot_llakey import schema
-from lerobot_llakey.policies.command.auxiliary import UNIT_METRES, KeyframeHead
+from lerobot_llakey.policies.command.small.auxiliary import UNIT_METRES, KeyframeHead
 
 
 def test_a_right_guess_costs_nothing_and_each_row_counts_apart():

@@ -1,7 +1,7 @@
 import pytest
 
 from lerobot_llakey.policies.command.prompt import SYSTEM_MESSAGE
-from lerobot_llakey.policies.command.tokenizer import WordTokenizer, grammar_words, known_words
+from lerobot_llakey.policies.command.small.tokenizer import WordTokenizer, grammar_words, known_words
 
 
 @pytest.fixture

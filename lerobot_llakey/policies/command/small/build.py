@@ -1,25 +1,16 @@
-"""Builds the small LLaVA from the transformers classes, or loads a pretrained model of that kind."""
+"""Builds the small LLaVA from the transformers classes."""
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import torch
 from torch import Tensor, nn
-from transformers import (
-    AutoModelForImageTextToText,
-    AutoProcessor,
-    CLIPVisionConfig,
-    LlamaConfig,
-    LlavaConfig,
-    LlavaForConditionalGeneration,
-    PreTrainedModel,
-)
+from transformers import CLIPVisionConfig, LlamaConfig, LlavaConfig, LlavaForConditionalGeneration
 
 from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
-from lerobot_llakey.policies.command.prompt import STOP
-from lerobot_llakey.policies.command.tokenizer import WordTokenizer
+from lerobot_llakey.policies.command.generation import end_answers_with
+from lerobot_llakey.policies.command.small.tokenizer import WordTokenizer
 
 
 class ConvolutionalStem(nn.Module):
@@ -122,96 +113,5 @@ def build_small(config: LlakeyCommandConfig, tokenizer: WordTokenizer) -> LlavaF
     if config.convolutional_stem:
         embeddings = model.model.vision_tower.vision_model.embeddings
         embeddings.patch_embedding = ConvolutionalStem(config.vision_width, config.patch_size)
-    _use_ids(model, tokenizer.stop_id, tokenizer.pad_id)
+    end_answers_with(model, tokenizer.stop_id, tokenizer.pad_id)
     return model
-
-
-def load_pretrained(name: str) -> tuple[PreTrainedModel, Any]:
-    """A pretrained image-text model and its processor, taught the stop token where it is lacking.
-
-    Args:
-        name: Hub name or local folder.
-
-    Returns:
-        The model in float32 and its processor.
-
-    Raises:
-        ValueError: if there is no such model, or it is not one of images and text.
-    """
-    looks_local = name.startswith((".", "/", "~")) or name.count("/") > 1
-    path = Path(name).expanduser()
-    if looks_local and not path.is_dir():
-        raise ValueError(
-            f"Expected `model` to be a folder or a Hub name, got {name!r}, which does not exist; check the path."
-        )
-    source = str(path) if path.is_dir() else name
-    try:
-        processor = AutoProcessor.from_pretrained(source)
-        model = AutoModelForImageTextToText.from_pretrained(source, dtype=torch.float32)
-    except (OSError, ValueError, KeyError) as error:
-        reason = str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
-        raise ValueError(
-            f"Expected `model` to name an image-text model with its processor, got {name!r} ({reason}); check the name."
-        ) from error
-    add_stop_token(model, processor)
-    return model, processor
-
-
-def build_from_assets(folder: Path) -> tuple[PreTrainedModel, Any]:
-    """The architecture of a saved pretrained model without its weights, and its processor.
-
-    Args:
-        folder: what :func:`save_assets` wrote.
-    """
-    from transformers import AutoConfig
-
-    processor = AutoProcessor.from_pretrained(folder)
-    model = AutoModelForImageTextToText.from_config(AutoConfig.from_pretrained(folder), dtype=torch.float32)
-    add_stop_token(model, processor)
-    return model, processor
-
-
-def save_assets(folder: Path, model: PreTrainedModel, processor: Any) -> None:
-    """Write what rebuilds the architecture and its processor, all but the weights."""
-    folder.mkdir(parents=True, exist_ok=True)
-    model.config.save_pretrained(folder)
-    processor.save_pretrained(folder)
-
-
-def add_stop_token(model: PreTrainedModel, processor: Any) -> None:
-    """Make the stop token one token of the tokenizer, with an embedding, and the end of generation."""
-    tokenizer = processor.tokenizer
-    tokenizer.add_special_tokens({"additional_special_tokens": [STOP]}, replace_extra_special_tokens=False)
-    embeddings: Any = model.get_input_embeddings()
-    if len(tokenizer) > embeddings.num_embeddings:
-        model.resize_token_embeddings(len(tokenizer))
-    if tokenizer.pad_token_id is None:
-        tokenizer.pad_token = tokenizer.eos_token or STOP
-    _use_ids(model, tokenizer.convert_tokens_to_ids(STOP), tokenizer.pad_token_id)
-
-
-def freeze_vision(model: PreTrainedModel) -> None:
-    """Keep the vision tower's weights as they are.
-
-    Raises:
-        ValueError: if the model has no part that is known as a vision tower.
-    """
-    towers = [
-        m for name, m in model.named_modules() if name.split(".")[-1] in ("vision_tower", "visual", "vision_model")
-    ]
-    if not towers:
-        raise ValueError(
-            f"Expected {type(model).__name__} to have a vision tower, found none; "
-            "set freeze_vision=false to train all of it."
-        )
-    for tower in towers:
-        tower.requires_grad_(False)
-
-
-def _use_ids(model: PreTrainedModel, stop_id: int, pad_id: int) -> None:
-    assert model.generation_config is not None
-    model.generation_config.eos_token_id = stop_id
-    model.generation_config.pad_token_id = pad_id
-    model.generation_config.do_sample = False
-    model.generation_config.temperature = None
-    model.generation_config.top_p = None

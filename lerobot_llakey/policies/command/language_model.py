@@ -1,0 +1,57 @@
+"""The language model that the settings ask for: the small one from scratch, or a pretrained one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
+from lerobot_llakey.policies.command.encoding import Encoder
+from lerobot_llakey.policies.command.pretrained.encoder import ProcessorEncoder
+from lerobot_llakey.policies.command.pretrained.freezing import freeze_vision
+from lerobot_llakey.policies.command.pretrained.loading import build_from_assets, load_pretrained
+from lerobot_llakey.policies.command.prompt import sentences
+from lerobot_llakey.policies.command.small.build import build_small
+from lerobot_llakey.policies.command.small.encoder import WordEncoder
+from lerobot_llakey.policies.command.small.tokenizer import WordTokenizer, grammar_words
+
+
+@dataclass
+class LanguageModel:
+    """A model and what encodes its inputs.
+
+    Attributes:
+        model: an image-text model of transformers.
+        encoder: turns images, prompts and answers into its inputs.
+        processor: the processor of a pretrained model, which is saved with it; None for the small one.
+    """
+
+    model: Any
+    encoder: Encoder
+    processor: Any = None
+
+
+def build_language_model(config: LlakeyCommandConfig, assets_dir: str | Path | None = None) -> LanguageModel:
+    """The model of some settings, frozen where they say so.
+
+    Args:
+        config: the settings, with the words of the dataset filled in.
+        assets_dir: folder of a saved pretrained model's architecture and processor; its weights come later.
+
+    Raises:
+        ValueError: if the model cannot be found or has no part that the settings name.
+    """
+    if config.model is None:
+        # Without words the vocabulary of a dataset is unknown; bytes and the grammar still spell everything.
+        tokenizer = WordTokenizer(config.words or grammar_words(), sentences(config.views))
+        image_tokens = (config.image_size // config.patch_size) ** 2
+        encoder = WordEncoder(tokenizer, config.image_size, image_tokens)
+        built = LanguageModel(build_small(config, tokenizer), encoder)
+    else:
+        found = load_pretrained(config.model) if assets_dir is None else build_from_assets(Path(assets_dir))
+        model, processor = found
+        built = LanguageModel(model, ProcessorEncoder(processor, config.prompt_format), processor)
+    if config.model is not None if config.freeze_vision is None else config.freeze_vision:
+        freeze_vision(built.model)
+    return built

@@ -1,0 +1,1 @@
+"""Our own small LLaVA: its network, its tokenizer, its encoder and its training aid."""

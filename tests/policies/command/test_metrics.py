@@ -1,0 +1,19 @@
+import pytest
+import torch
+
+from lerobot_llakey.policies.command.metrics import answer_metrics
+
+COUNTED = torch.tensor([[True, True, False], [True, True, True]])
+RIGHT = torch.tensor([[True, True, False], [True, False, True]])
+
+
+def test_padding_counts_for_nothing_and_one_wrong_token_makes_an_answer_wrong():
+    assert answer_metrics(RIGHT, COUNTED, ["a", "b"]) == pytest.approx(
+        {"token_accuracy": 0.8, "instruction_accuracy": 0.5}
+    )
+
+
+def test_changed_instructions_count_apart():
+    assert answer_metrics(RIGHT, COUNTED, ["a", "b"], ["", "b"])["changed_instruction_accuracy"] == 1.0
+    assert answer_metrics(RIGHT, COUNTED, ["a", "b"], ["a", "a"])["changed_instruction_accuracy"] == 0.0
+    assert "changed_instruction_accuracy" not in answer_metrics(RIGHT, COUNTED, ["a", "b"], ["a", "b"])
