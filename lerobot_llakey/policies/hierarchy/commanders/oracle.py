@@ -1,0 +1,29 @@
+"""The expert in the environment commands."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from lerobot_llakey import schema
+from lerobot_llakey.policies.hierarchy.commanders.commander import Commander, Said
+
+
+class OracleCommander(Commander):
+    """Passes on the expert's instruction that the environment sends along."""
+
+    def ask(
+        self,
+        batch: Mapping[str, Any],
+        rows: Sequence[int],
+        previous: Sequence[str],
+        sample: bool = False,
+        seeds: Sequence[int] = (),
+    ) -> list[Said]:
+        codes = batch.get(schema.ORACLE_INSTRUCTION)
+        if codes is None:
+            raise ValueError(
+                f"Expected {schema.ORACLE_INSTRUCTION!r} in the batch for commander='oracle', got {sorted(batch)}; "
+                "switch it on in the environment (--env.oracle_instructions=true) or use commander=policy."
+            )
+        return [Said(schema.decode_text(codes[row].cpu()), "oracle") for row in rows]
