@@ -9,6 +9,7 @@ from lerobot.configs import FeatureType, NormalizationMode, PolicyFeature, PreTr
 from lerobot.optim import AdamWConfig
 
 from lerobot_llakey import schema
+from lerobot_llakey.policies.command.chat.settings import ChatSettings, check_address
 from lerobot_llakey.policies.keyframe_config import KeyframePolicyConfig
 from lerobot_llakey.policies.muon import MuonConfig
 
@@ -25,6 +26,10 @@ class LlakeyCommandConfig(KeyframePolicyConfig):
         history_dropout: probability with which training hides the previous instruction, so that the images are
             read too.
         model: Hub name or local folder of a pretrained LLaVA-like model; None builds the small one below from scratch.
+        backend: "local" runs the model in this process; "chat" asks the model of that name at ``base_url``, a server of
+            the OpenAI-compatible chat-completions API, and trains nothing.
+        base_url: address of that server, such as http://127.0.0.1:8000/v1; None is OpenAI's own.
+        chat: how it is asked.
         prompt_format: conversation form of a pretrained model, with the slots ``{system}`` and ``{request}``.
         freeze_vision: keep the vision tower's weights; None freezes it when it is pretrained, as the paper does.
         image_size: pixels a side; other sizes are resized. Pretrained models use their own image processor instead.
@@ -51,6 +56,9 @@ class LlakeyCommandConfig(KeyframePolicyConfig):
     history_dropout: float = 0.3
 
     model: str | None = None
+    backend: str = "local"
+    base_url: str | None = None
+    chat: ChatSettings = field(default_factory=ChatSettings)
     prompt_format: str = "{system} USER: {request} ASSISTANT:"
     freeze_vision: bool | None = None
 
@@ -94,6 +102,10 @@ class LlakeyCommandConfig(KeyframePolicyConfig):
             raise ValueError("Expected at least one camera in `views`, got none; give for example '[front]'.")
         if self.history not in (0, 1):
             raise ValueError(f"Expected `history` to be 0 or 1, got {self.history}; only one instruction is kept.")
+        if self.backend not in ("local", "chat"):
+            raise ValueError(f"Expected `backend` local or chat, got {self.backend!r}; choose one of them.")
+        if self.backend == "chat":
+            check_address(self.base_url, self.model)
         if self.dtype not in ("bfloat16", "float32"):
             raise ValueError(f"Expected `dtype` bfloat16 or float32, got {self.dtype!r}; choose one of them.")
         if self.image_size % self.patch_size:

@@ -12,12 +12,14 @@ from typing import Any
 import numpy as np
 import torch
 from huggingface_hub import snapshot_download
+from lerobot.configs import PreTrainedConfig
 from lerobot.policies.pretrained import PreTrainedPolicy
 from torch import Tensor
 from torch.nn import functional
 from transformers import LogitsProcessorList
 
 from lerobot_llakey import instructions, schema
+from lerobot_llakey.policies.command.chat.backend import ChatBackend
 from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
 from lerobot_llakey.policies.command.decoding import KnownAnswers, Trie
 from lerobot_llakey.policies.command.encoding import IGNORED
@@ -41,6 +43,9 @@ class LlakeyCommandPolicy(PreTrainedPolicy):
         dataset_stats: unused; LeRobot passes it.
         dataset_meta: metadata of the training dataset, None when a trained policy is loaded.
         assets_dir: folder of a saved pretrained model's architecture and processor; set by :meth:`from_pretrained`.
+
+    Attributes:
+        chat: asks a hosted model in place of a local one, with its counts; None unless ``backend`` is "chat".
 
     Raises:
         ValueError: if a view is missing, the dataset has no instructions, or the model cannot be found.
@@ -66,11 +71,19 @@ class LlakeyCommandPolicy(PreTrainedPolicy):
         config.input_features = {key: features[key] for key in config.image_keys}
         if dataset_meta is not None:
             self._learn_texts(dataset_meta)
+        self._rng = np.random.default_rng(0)
+        self.model: Any = None
+        self.encoder: Any = None
+        self._processor: Any = None
+        self.auxiliary: KeyframeHead | None = None
+        self.chat = ChatBackend(config) if config.backend == "chat" else None
+        if self.chat is not None:
+            return
         built = build_language_model(config, assets_dir)
         self.model, self.encoder, self._processor = built.model, built.encoder, built.processor
-        self.auxiliary = KeyframeHead(config.text_width) if config.model is None and config.auxiliary_weight else None
+        if config.model is None and config.auxiliary_weight:
+            self.auxiliary = KeyframeHead(config.text_width)
         self._trie = Trie(self.encoder.answer(text) for text in config.instructions)
-        self._rng = np.random.default_rng(0)
 
     def _learn_texts(self, dataset_meta: Any) -> None:
         found = dataset_instructions(dataset_meta)
@@ -88,15 +101,22 @@ class LlakeyCommandPolicy(PreTrainedPolicy):
             folder = Path(snapshot_download(str(pretrained_name_or_path), revision=revision, allow_patterns=patterns))
         if (folder / ASSETS).is_dir():
             kwargs["assets_dir"] = folder / ASSETS
+        config = kwargs.get("config") or PreTrainedConfig.from_pretrained(folder)
+        if getattr(config, "backend", None) == "chat":
+            return cls(config).eval()  # nothing to load: there are no weights
         return super().from_pretrained(folder, **kwargs)
 
     def _save_pretrained(self, save_directory: Path, state_dict: dict[str, Tensor] | None = None) -> None:
+        if self.chat is not None:
+            self.config._save_pretrained(Path(save_directory))
+            return
         super()._save_pretrained(save_directory, state_dict=state_dict)
         if self._processor is not None:
             save_assets(Path(save_directory) / ASSETS, self.model, self._processor)
 
     def get_optim_params(self) -> list[dict[str, Any]]:
         """Parameters in groups: hidden matrices (for Muon), other weights, and what does not decay."""
+        self._require_weights()
         return parameter_groups(self.named_parameters())
 
     def reset(self) -> None:
@@ -117,6 +137,7 @@ class LlakeyCommandPolicy(PreTrainedPolicy):
         Raises:
             ValueError: if something is missing in the batch.
         """
+        self._require_weights()
         answers = text_column(batch, schema.INSTRUCTION)
         images = stack_views(batch, self.config.image_keys)
         if self.training:
@@ -151,6 +172,10 @@ class LlakeyCommandPolicy(PreTrainedPolicy):
         was_training = self.training
         self.eval()
         images = stack_views(batch, self.config.image_keys)
+        if self.chat is not None:
+            answers = self.chat.answers(images, self._prompts(batch))
+            self.train(was_training)
+            return answers
         inputs = self.encoder.prompts(images, self._prompts(batch))
         length = inputs["input_ids"].shape[1]
         held = LogitsProcessorList()
@@ -184,6 +209,14 @@ class LlakeyCommandPolicy(PreTrainedPolicy):
             hidden = self._rng.random(len(tasks)) < self.config.history_dropout
             previous = ["" if hide else text for hide, text in zip(hidden, previous, strict=True)]
         return [Prompt(views, task, text) for task, text in zip(tasks, previous, strict=True)]
+
+    def _require_weights(self) -> None:
+        """Refuse to train a hosted model."""
+        if self.chat is not None:
+            raise ValueError(
+                "Expected a policy with weights to train, got backend=chat, which only asks a hosted model; use "
+                "backend=local, or train_command=false where an action policy is trained beside it."
+            )
 
     def _reworded(self, text: str) -> str:
         if not self.training or self._rng.random() >= self.config.synonym_probability:

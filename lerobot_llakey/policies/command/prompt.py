@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from lerobot_llakey import instructions
+
 SYSTEM_MESSAGE = (
     "You are a helpful language and vision assistant. You are able to understand the visual content that the user "
     "provides and assist the user with a variety of tasks using natural language."
@@ -20,6 +22,12 @@ TASK_BEGIN = "Task:"
 TASK_END = ", please instruct the robotic arm's next action based on the current images."
 PREVIOUS_BEGIN = "Previous instruction:"
 NO_PREVIOUS = "none."
+
+ANSWER_RULE = (
+    "Name the one basic action that the robotic arm has to do next: repeat the previous instruction while it is "
+    "unfinished, else say what comes after it. Answer with one line of lower-case words and nothing else."
+)
+"""Told to models that were not trained on these answers; not in the paper."""
 
 _DESCRIPTIONS: dict[str, str] = {
     "front": "Image in front of the robotic arm:",
@@ -38,6 +46,21 @@ def sentences(views: Sequence[str]) -> list[str]:
     """Every constant sentence of a prompt with these views: a small vocabulary may hold each as one token."""
     constants = (TASK_BEGIN, TASK_END, PREVIOUS_BEGIN, NO_PREVIOUS)
     return [SYSTEM_MESSAGE, *(describe_view(view) for view in views), *constants]
+
+
+def answer_forms() -> str:
+    """What to tell an untrained model about answers: the forms that a basic action may have."""
+    forms = [f"- {template.texts[0]}" for template in instructions.TEMPLATES.values()]
+    slots = (
+        f"Here {{pose}} is one of: {', '.join(instructions.POSES)}; {{thing}}, {{target}} and {{held}} are short noun "
+        'phrases such as "the red block".'
+    )
+    return "\n".join([f"{ANSWER_RULE} It has one of these forms:", *forms, slots])
+
+
+def answer_list(known: Sequence[str]) -> str:
+    """What to tell an untrained model about answers: all that there are."""
+    return "\n".join([f"{ANSWER_RULE} It is one of these:", *(f"- {text}" for text in known)])
 
 
 @dataclass(frozen=True)
@@ -71,6 +94,12 @@ class Prompt:
         pieces = (TASK_BEGIN, self.task, TASK_END)
         return pieces if self.previous is None else (*pieces, PREVIOUS_BEGIN, self.previous or NO_PREVIOUS)
 
+    @property
+    def asked(self) -> str:
+        """The text after the last image, as one."""
+        asked = f"{TASK_BEGIN} {self.task}{TASK_END}"
+        return asked if self.previous is None else f"{asked} {PREVIOUS_BEGIN} {self.previous or NO_PREVIOUS}"
+
     def text(self, image_token: str, template: str = "{system} USER: {request} ASSISTANT:") -> str:
         """The whole prompt as one text, with ``image_token`` where an image goes.
 
@@ -79,7 +108,4 @@ class Prompt:
             template: the language model's own conversation form, with the slots ``{system}`` and ``{request}``.
         """
         shown = [f"{description} {image_token}" for description in self.descriptions]
-        asked = f"{TASK_BEGIN} {self.task}{TASK_END}"
-        if self.previous is not None:
-            asked += f" {PREVIOUS_BEGIN} {self.previous or NO_PREVIOUS}"
-        return template.format(system=self.opening, request="\n".join([*shown, asked]))
+        return template.format(system=self.opening, request="\n".join([*shown, self.asked]))

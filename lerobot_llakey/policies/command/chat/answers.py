@@ -1,0 +1,49 @@
+"""From what a chat model writes to the text of one instruction."""
+
+from __future__ import annotations
+
+import re
+
+from lerobot_llakey import instructions
+from lerobot_llakey.policies.command.prompt import STOP
+
+_THOUGHTS = re.compile(r"<think>.*?(</think>|\Z)", re.DOTALL)
+_MARKS = re.compile(r"^(?:[-*+>#]+\s|\d+[.)]\s)\s*")
+_LABEL = re.compile(r"^(?:answer|instruction|action|next (?:basic )?(?:action|instruction))\s*:\s*", re.IGNORECASE)
+_WRAPPING = " \t\"'`*_\u201c\u201d\u2018\u2019"
+
+
+def first_instruction(text: str) -> str:
+    """The first line before the stop token that is a basic action, else the first line that holds any words.
+
+    Quotes, Markdown, numbering, a label such as "Answer:" and the thoughts of a reasoning model are taken off.
+
+    Args:
+        text: what the model wrote.
+
+    Returns:
+        One line, which need not be in the grammar; "" where nothing was written.
+    """
+    lines = [_bare(line) for line in _THOUGHTS.sub("", text).partition(STOP)[0].splitlines()]
+    lines = [line for line in lines if line]
+    return next(filter(is_instruction, lines), lines[0] if lines else "")
+
+
+def is_instruction(text: str) -> bool:
+    """Whether a text is in the grammar of basic actions."""
+    try:
+        instructions.parse(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _bare(line: str) -> str:
+    """A line without what surrounds the words."""
+    before = None
+    while line != before:
+        before = line
+        line = _LABEL.sub("", _MARKS.sub("", line.strip().strip(_WRAPPING)))
+        # A full stop may stand inside or outside of quotes.
+        line = line[:-1] if line.endswith((".", ",")) else line
+    return "" if line.startswith("```") else line
