@@ -7,22 +7,18 @@ llakey demo --policy_path=expert --task=all --disturbance=drop
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-import numpy as np
 from lerobot.configs import parser
-from lerobot.utils.io_utils import write_video
 from tqdm import tqdm
 
 from lerobot_llakey.cli.errors import one_sentence
 from lerobot_llakey.cli.output import write_results
-from lerobot_llakey.evaluation.overlay import annotate_frame
+from lerobot_llakey.evaluation.film import Film
 from lerobot_llakey.evaluation.rollout import Actor, Agent, Episode, Expert, run_episode
 from lerobot_llakey.evaluation.tables import success_table
 from lerobot_llakey.evaluation.workers import run_jobs
 from lerobot_llakey.sim.env import LlakeySimEnv
 from lerobot_llakey.sim.tasks import parse_tasks
 
-_VIDEO_FPS = 20
-_HOLD_FRAMES = 20
 _EXPERT = "expert"
 
 
@@ -100,18 +96,12 @@ def _episode(config: DemoConfig, task: str, index: int) -> Episode:
         detailed=filmed and config.detailed,
         disturbance=config.disturbance,
     )
-    frames: list[np.ndarray] = []
-    words = {"instruction": ""}
-    if filmed:
-        env.watch(
-            lambda frame: frames.append(annotate_frame(frame, env.task_description, words["instruction"])), _VIDEO_FPS
-        )
     seed = config.first_seed + index
-    episode = run_episode(env, _agent(config), seed, lambda text: words.update(instruction=text))
-    if filmed:
-        last = annotate_frame(env.render(), episode.description, words["instruction"], episode.success)
-        path = config.output_dir / "videos" / f"{task}_{seed:03d}_{'success' if episode.success else 'failure'}.mp4"
-        write_video(path, [*frames, *[last] * _HOLD_FRAMES], _VIDEO_FPS)
+    film = Film(env) if filmed else None
+    episode = run_episode(env, _agent(config), seed, film.say if film else None)
+    if film is not None:
+        name = f"{task}_{seed:03d}_{'success' if episode.success else 'failure'}.mp4"
+        film.save(config.output_dir / "videos" / name, episode.success)
     env.close()
     return episode
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
@@ -21,6 +21,8 @@ from lerobot_llakey.sim.recorder import waypoint_action
 from lerobot_llakey.sim.tasks.base import Waypoint
 
 Processor = Callable[[Any], Any]
+ORACLE_KEY = "oracle_instruction"
+"""Where an observation of the environment holds the expert's instruction."""
 
 
 @dataclass(frozen=True)
@@ -36,6 +38,9 @@ class Episode:
         success: whether the oracle was satisfied.
         instructions: basic instruction behind each action; empty strings for policies without any.
         failures: "" for each action that moved the arm, else why it did not.
+        oracle: the expert's instruction before each action; empty strings where the environment does not give it.
+        actions: each action (9,), as numbers that survive JSON to the last bit.
+        disturbed: whether a disturbance struck.
     """
 
     task: str
@@ -46,6 +51,9 @@ class Episode:
     success: bool
     instructions: list[str] = field(default_factory=list)
     failures: list[str] = field(default_factory=list)
+    oracle: list[str] = field(default_factory=list)
+    actions: list[list[float]] = field(default_factory=list)
+    disturbed: bool = False
 
 
 class Actor(Protocol):
@@ -86,19 +94,20 @@ class Agent:
     postprocessor: Processor
 
     @staticmethod
-    def load(path: str | Path, oracle: bool = False) -> Agent:
+    def load(path: str | Path, oracle: bool = False, overrides: Sequence[str] = ()) -> Agent:
         """Load a checkpoint folder or a Hub repository.
 
         Args:
             path: what LeRobot calls ``--policy.path``.
             oracle: let the expert's instructions, which the environment must give, take the command policy's place.
+            overrides: other settings, each as on a command line: ``--repeat_threshold=5``.
 
         Raises:
             FileNotFoundError: if nothing is there.
         """
         if not Path(path).exists() and str(path).count("/") != 1:
             raise FileNotFoundError(f"Expected a checkpoint folder or a Hub name, got {path}; correct --policy_path.")
-        config = PreTrainedConfig.from_pretrained(path)
+        config = PreTrainedConfig.from_pretrained(path, cli_overrides=list(overrides))
         config.pretrained_path = Path(path)
         if oracle and hasattr(config, "commander"):  # an action policy alone reads the oracle by itself
             config.commander = "oracle"
@@ -140,14 +149,19 @@ def run_episode(
     observation, info = env.reset(seed=seed)
     instructions: list[str] = []
     failures: list[str] = []
+    oracle: list[str] = []
+    actions: list[list[float]] = []
     over = False
     while not over:
-        action, instruction = agent.act(env, observation)
+        proposed, instruction = agent.act(env, observation)
+        action = np.asarray(proposed, dtype=np.float32)
         if on_instruction is not None:
             on_instruction(instruction)
+        oracle.append(schema.decode_text(observation.get(ORACLE_KEY, ())))
         observation, _, terminated, truncated, info = env.step(action)
         instructions.append(instruction)
         failures.append(info["failure"])
+        actions.append(action.tolist())
         over = terminated or truncated
     return Episode(
         env.task,
@@ -158,6 +172,9 @@ def run_episode(
         info["is_success"],
         instructions,
         failures,
+        oracle,
+        actions,
+        info["disturbed"],
     )
 
 
