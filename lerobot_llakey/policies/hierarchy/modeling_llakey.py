@@ -133,7 +133,8 @@ class LlakeyPolicy(PreTrainedPolicy):
                 f"Expected weights that fit the settings, got a checkpoint of another kind in {model_file} "
                 f"({str(error).splitlines()[-1].strip()}); give a checkpoint saved with these settings."
             ) from error
-        left_out = () if model.command is not None else ("command.",)
+        built = model.command is not None and model.command.chat is None
+        left_out = () if built else ("command.",)
         check_keys(model_file, missing, [key for key in unexpected if not key.startswith(left_out)])
         return model
 
