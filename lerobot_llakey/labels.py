@@ -25,11 +25,13 @@ class Interruption:
         frame: first frame at which the event can be seen; beyond the keyframe if at none. Only with a segment to follow
             may it lie before the keyframe.
         action: (9,) float32, what the segment was to lead to.
+        event: name of the disturbance.
     """
 
     segment: int
     frame: int
     action: np.ndarray
+    event: str = ""
 
 
 @dataclass(frozen=True)
@@ -44,6 +46,7 @@ class Labels:
         keyframe_index: (T,) int64, the segment that starts at or holds the frame.
         next_frame: (T,) int64, the keyframe that ends this segment.
         is_keyframe: (T,) bool.
+        event: T texts, the disturbance that can be seen from a frame on: "" before it or without one.
     """
 
     action: np.ndarray
@@ -52,6 +55,7 @@ class Labels:
     keyframe_index: np.ndarray
     next_frame: np.ndarray
     is_keyframe: np.ndarray
+    event: list[str]
 
     def row(self, frame: int) -> dict[str, np.ndarray | str]:
         """The labels of one frame under the contract's names, as ``LeRobotDataset.add_frame`` takes them."""
@@ -63,6 +67,7 @@ class Labels:
             schema.KEYFRAME_INDEX: self.keyframe_index[frame : frame + 1],
             schema.NEXT_KEYFRAME: self.next_frame[frame : frame + 1],
             schema.IS_KEYFRAME: self.is_keyframe[frame : frame + 1],
+            schema.EPISODE_EVENT: self.event[frame],
         }
 
 
@@ -108,13 +113,16 @@ def label(
     index, next_frame, action = parts.index.copy(), parts.next_frame.copy(), actions[parts.index]
     for cut in interruptions:
         action[parts.index == cut.segment] = cut.action
+    event = [""] * len(states)
     for cut in interruptions:
         end = keyframes[cut.segment]
+        seen = min(cut.frame, end)
+        event[seen:] = [cut.event] * (len(states) - seen)
         if cut.frame < end:
             late = slice(cut.frame, end)
             index[late], next_frame[late], action[late] = cut.segment + 1, keyframes[cut.segment + 1], action[end]
             current[late] = [current[end]] * (end - cut.frame)
-    return Labels(action, current, previous, index, next_frame, parts.is_keyframe)
+    return Labels(action, current, previous, index, next_frame, parts.is_keyframe, event)
 
 
 def keyframe_action(state: np.ndarray, ignore_collision: bool) -> np.ndarray:

@@ -33,6 +33,12 @@ NEXT_KEYFRAME = "keyframe.next_frame"
 EPISODE_SEED = "episode.seed"
 EPISODE_VARIATION = "episode.variation"
 EPISODE_SEQUENCE = "episode.sequence"
+EPISODE_TASK = "episode.task"
+"""Name of the simulator's task; "" for recordings of a real robot."""
+EPISODE_EVENT = "episode.event"
+"""What disturbed the episode and can be seen from this frame on (an unforeseen event); "" before it or without one."""
+ORIGIN_COLUMNS = (EPISODE_TASK, EPISODE_EVENT)
+"""Columns that datasets of version 0.1 lack; nothing that trains a policy needs them."""
 TASK = "task"
 
 STATE_NAMES: tuple[str, ...] = (
@@ -143,6 +149,7 @@ def _common_features(cameras: Sequence[str]) -> dict[str, dict[str, Any]]:
         EPISODE_SEED: dict(scalar_int),
         EPISODE_VARIATION: dict(scalar_int),
         EPISODE_SEQUENCE: dict(scalar_int),
+        **{key: {"dtype": "string", "shape": (1,), "names": None} for key in ORIGIN_COLUMNS},
     }
 
 

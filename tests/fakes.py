@@ -153,6 +153,8 @@ def fake_keysteps(
                 schema.EPISODE_SEED: np.array([schema.scene_seed("train", episode)]),
                 schema.EPISODE_VARIATION: np.array([0]),
                 schema.EPISODE_SEQUENCE: np.array([0]),
+                schema.EPISODE_TASK: "pick_up",
+                schema.EPISODE_EVENT: "",
             }
             kept = {key: value for key, value in frame.items() if key in features}
             dataset.add_frame(kept | {schema.TASK: f"pick up the {name} block"})

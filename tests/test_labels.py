@@ -62,7 +62,7 @@ def test_a_segment_without_instruction_is_refused() -> None:
 
 def test_frames_after_an_event_lead_to_the_next_keyframe_and_those_before_keep_what_was_meant() -> None:
     meant = np.array([0.5, 0, 0, 1, 0, 0, 0, 0, 1], dtype=np.float32)
-    labels = label(states([1] * 8), [4, 7], INSTRUCTIONS, [False, True], [Interruption(0, 2, meant)])
+    labels = label(states([1] * 8), [4, 7], INSTRUCTIONS, [False, True], [Interruption(0, 2, meant, "drop")])
     first, second = INSTRUCTIONS
     np.testing.assert_array_equal(labels.action[:2], [meant, meant])
     np.testing.assert_allclose(labels.action[2:, 2], 0.07)
@@ -71,11 +71,13 @@ def test_frames_after_an_event_lead_to_the_next_keyframe_and_those_before_keep_w
     assert labels.previous_instruction == ["", *[first] * 4, *[second] * 3]
     np.testing.assert_array_equal(labels.next_frame, [4, 4, 7, 7, 7, 7, 7, 7])
     np.testing.assert_array_equal(labels.is_keyframe, [0, 0, 0, 0, 1, 0, 0, 1])
+    assert labels.event == [""] * 2 + ["drop"] * 6
 
 
 def test_a_keyframe_off_its_mark_is_labelled_by_what_was_meant() -> None:
     meant = np.array([0.5, 0, 0, 1, 0, 0, 0, 0, 1], dtype=np.float32)
-    labels = label(states([1] * 6), [2, 5], INSTRUCTIONS, [False, True], [Interruption(1, 99, meant)])
+    labels = label(states([1] * 6), [2, 5], INSTRUCTIONS, [False, True], [Interruption(1, 99, meant, "imprecise")])
     np.testing.assert_allclose(labels.action[:2, 2], 0.02)
     np.testing.assert_array_equal(labels.action[2:], [meant] * 4)
+    assert labels.event == [""] * 5 + ["imprecise"]
     assert labels.instruction == [INSTRUCTIONS[0]] * 2 + [INSTRUCTIONS[1]] * 4

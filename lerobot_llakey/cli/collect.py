@@ -14,8 +14,8 @@ from lerobot.utils.constants import HF_LEROBOT_HOME
 
 from lerobot_llakey import schema
 from lerobot_llakey.cli.errors import one_sentence
+from lerobot_llakey.datasets.balance import Balance, sampling_mode
 from lerobot_llakey.datasets.collect import collect
-from lerobot_llakey.datasets.keysteps import sampling_mode
 from lerobot_llakey.datasets.plan import CollectSettings, Targets
 from lerobot_llakey.sim.tasks import parse_tasks
 
@@ -31,7 +31,11 @@ class CollectConfig:
         root: folder of the demonstrations; by default LeRobot's home folder.
         demonstrations: whether to write demonstrations: every frame, pictures as videos.
         keysteps_root: folder for keysteps, the training samples, beside or in place of the demonstrations.
-        keystep_mode: thin, or repeat to store keyframe samples six times as the paper counts them.
+        keystep_mode: how keysteps at keyframes count more: thin drops others, repeat stores them that often as the
+            paper does, weight writes it into observation.sample_weight.
+        keystep_stride: every so many-th frame becomes a keystep.
+        min_per_segment: keysteps of each segment at the least.
+        keyframe_repeats: how often a keystep at a keyframe counts.
         recovery: share of episodes with an unforeseen event, from which the expert recovers.
         imprecise: share of episodes in which the hand ends up to 2 cm beside its marks, and the expert goes on.
         split: of the scene seeds: train, val or test.
@@ -50,6 +54,9 @@ class CollectConfig:
     demonstrations: bool = True
     keysteps_root: Path | None = None
     keystep_mode: str = "thin"
+    keystep_stride: int = 10
+    min_per_segment: int = 3
+    keyframe_repeats: int = 6
     recovery: float = 0.0
     imprecise: float = 0.0
     split: str = "train"
@@ -79,7 +86,9 @@ class CollectConfig:
             first_seed=self.first_seed,
             image_size=self.image_size,
             fps=self.fps,
-            keystep_mode=sampling_mode(self.keystep_mode),
+            balance=Balance(
+                sampling_mode(self.keystep_mode), self.keystep_stride, self.min_per_segment, self.keyframe_repeats
+            ),
             recovery=self.recovery,
             imprecise=self.imprecise,
         )

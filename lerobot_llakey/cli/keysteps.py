@@ -11,8 +11,9 @@ from lerobot.datasets.lerobot_dataset import LeRobotDataset
 from lerobot.utils.constants import HF_LEROBOT_HOME
 
 from lerobot_llakey.cli.errors import one_sentence
+from lerobot_llakey.datasets.balance import Balance, sampling_mode
 from lerobot_llakey.datasets.collect import quieten
-from lerobot_llakey.datasets.keysteps import convert, sampling_mode
+from lerobot_llakey.datasets.keysteps import convert
 
 
 @dataclass
@@ -24,7 +25,11 @@ class KeystepsConfig:
         output_repo_id: name of the keysteps.
         root: folder of the demonstrations; by default LeRobot's home folder or the Hub.
         output_root: folder of the keysteps; by default LeRobot's home folder.
-        mode: thin, or repeat to store keyframe samples six times as the paper counts them.
+        mode: how samples at keyframes count more: thin drops others, repeat stores them that often as the paper does,
+            weight writes it into observation.sample_weight.
+        stride: every so many-th frame is taken.
+        min_per_segment: samples of each segment at the least.
+        keyframe_repeats: how often a sample at a keyframe counts.
         seed: of the random choices.
         push_to_hub: whether to push the keysteps with their card.
         private: whether a pushed dataset is private.
@@ -35,6 +40,9 @@ class KeystepsConfig:
     root: Path | None = None
     output_root: Path | None = None
     mode: str = "thin"
+    stride: int = 10
+    min_per_segment: int = 3
+    keyframe_repeats: int = 6
     seed: int = 0
     push_to_hub: bool = False
     private: bool = False
@@ -44,10 +52,11 @@ class KeystepsConfig:
 def run(config: KeystepsConfig) -> None:
     """Write the keysteps and say how many there are."""
     mode = sampling_mode(config.mode)
+    balance = Balance(mode, config.stride, config.min_per_segment, config.keyframe_repeats)
     quieten()
     root = config.output_root or HF_LEROBOT_HOME / config.output_repo_id
     source = LeRobotDataset(config.repo_id, root=config.root)
-    count = convert(source, root, config.output_repo_id, mode=mode, seed=config.seed)
+    count = convert(source, root, config.output_repo_id, balance=balance, seed=config.seed)
     print(f"{count} keysteps of {source.num_episodes} episodes: {root}")
     if config.push_to_hub:
         from lerobot_llakey.datasets.card import push

@@ -190,7 +190,7 @@ def annotate(
     if root.exists():
         raise FileExistsError(f"Expected {root} not to exist, found it; choose a new folder.")
     labels = [_label(episode, instructions.get(episode.episode, ()), ignore_collision) for episode in found]
-    scene = (schema.EPISODE_SEED, schema.EPISODE_VARIATION, schema.EPISODE_SEQUENCE)
+    scene = (schema.EPISODE_SEED, schema.EPISODE_VARIATION, schema.EPISODE_SEQUENCE, *schema.ORIGIN_COLUMNS)
     columns = {
         key: values for key, values in _columns(found, labels).items() if not (key in scene and key in source.features)
     }
@@ -244,4 +244,5 @@ def _columns(found: Sequence[FoundKeyframes], labels: Sequence[Labels]) -> dict[
         schema.EPISODE_SEED: np.full(length, -1),
         schema.EPISODE_VARIATION: np.full(length, -1),
         schema.EPISODE_SEQUENCE: np.full(length, -1),
+        **{key: np.full(length, "", dtype=object) for key in schema.ORIGIN_COLUMNS},
     }

@@ -13,7 +13,6 @@ from pathlib import Path
 from lerobot_llakey import schema
 from lerobot_llakey.datasets.demonstrations import ROBOT_TYPE, DemonstrationWriter, frames_of, keystep_rng
 from lerobot_llakey.datasets.image_dataset import ImageDatasetWriter
-from lerobot_llakey.datasets.keysteps import select
 from lerobot_llakey.datasets.plan import ATTEMPTS, CollectSettings
 from lerobot_llakey.sim.cameras import CameraRig
 from lerobot_llakey.sim.recorder import Episode, record
@@ -72,7 +71,7 @@ def collect_part(
     stages = _stages(settings.image_size)
     temporary = folder.with_name(f"unfinished-{folder.name}-{os.getpid()}")
     thrown: Counter[str] = Counter()
-    size = settings.image_size
+    size, balance = settings.image_size, settings.balance
     with ExitStack() as stack:
         demonstrations = keysteps = None
         if "demonstrations" in kinds:
@@ -80,7 +79,7 @@ def collect_part(
                 DemonstrationWriter("local/part", temporary / "demonstrations", settings.fps, size)
             )
         if "keysteps" in kinds:
-            features = schema.keystep_features(size, size)
+            features = schema.keystep_features(size, size) | balance.features()
             keysteps = stack.enter_context(
                 ImageDatasetWriter("local/part", temporary / "keysteps", settings.fps, features, ROBOT_TYPE)
             )
@@ -90,12 +89,14 @@ def collect_part(
             thrown += bad
             samples = []
             if keysteps is not None:
-                samples = select(episode.keyframes, len(episode), rng=keystep_rng(episode), mode=settings.keystep_mode)
+                samples = balance.select(episode.keyframes, len(episode), keystep_rng(episode))
             frames = frames_of(world, rig, episode, range(len(episode)) if demonstrations is not None else samples)
             if demonstrations is not None:
                 demonstrations.add_episode(frames)
             if keysteps is not None:
-                keysteps.add_episode([frames[i] for i in samples] if demonstrations is not None else frames)
+                taken = frames if demonstrations is None else [frames[i] for i in samples]
+                weighed = [balance.columns(i, episode.keyframes) for i in samples]
+                keysteps.add_episode([frame | extra for frame, extra in zip(taken, weighed, strict=True)])
             done(sum(bad.values()))
     (temporary / "thrown.json").write_text(json.dumps(thrown))
     temporary.replace(folder)

@@ -9,8 +9,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from lerobot.datasets.utils import INFO_PATH
+
+from lerobot_llakey import schema
 from lerobot_llakey.datasets.language import write_language
 from lerobot_llakey.datasets.merge import merge
+from lerobot_llakey.datasets.rewrite import drop
 
 PARTS_SUFFIX = ".parts"
 RECORD = "meta/llakey_collect.json"
@@ -83,6 +87,14 @@ def read_record(root: Path) -> dict[str, Any]:
     return json.loads(path.read_text())
 
 
+def _level(folders: Sequence[Path]) -> None:
+    """Leave out the columns of an episode's origin where not all datasets to be merged were begun with them."""
+    features = [set(json.loads((folder / INFO_PATH).read_text())["features"]) for folder in folders]
+    lacking = [key for key in schema.ORIGIN_COLUMNS if not all(key in known for known in features)]
+    for folder in folders if lacking else ():
+        drop(folder, lacking)
+
+
 def finish(
     settings: Mapping[str, Any],
     episodes: int,
@@ -118,6 +130,7 @@ def finish(
             total = dict(thrown + Counter(record["thrown_away"]))
         merged = parts / f"merged-{kind}"
         shutil.rmtree(merged, ignore_errors=True)
+        _level([*earlier, *(folder / kind for folder in folders)])
         merge([*earlier, *(folder / kind for folder in folders)], merged, repo_id)
         if kind == "demonstrations":
             write_language(merged)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from lerobot_llakey import schema
-from lerobot_llakey.datasets.keysteps import SamplingMode
+from lerobot_llakey.datasets.balance import PAPER, Balance
 from lerobot_llakey.sim.disturbances import EVENTS, IMPRECISE
 
 ATTEMPTS = 10
@@ -28,7 +28,7 @@ class CollectSettings:
         first_seed: index into the split of the first episode; each episode reserves ATTEMPTS seeds.
         image_size: pixels of height and width.
         fps: frames a second.
-        keystep_mode: how keysteps are drawn.
+        balance: how keysteps are drawn.
         recovery: share of episodes with an unforeseen event, from which the expert recovers.
         imprecise: share of episodes in which the hand ends beside its marks.
     """
@@ -39,7 +39,7 @@ class CollectSettings:
     first_seed: int = 0
     image_size: int = schema.IMAGE_SIZE
     fps: int = 10
-    keystep_mode: SamplingMode = "thin"
+    balance: Balance = PAPER
     recovery: float = 0.0
     imprecise: float = 0.0
 
@@ -72,7 +72,13 @@ class CollectSettings:
 
     def resumable(self) -> dict[str, Any]:
         """What must stay the same when a run goes on or is extended."""
-        return {key: value for key, value in json.loads(json.dumps(asdict(self))).items() if key != "num_episodes"}
+        kept: dict[str, Any] = {
+            key: value for key, value in json.loads(json.dumps(asdict(self))).items() if key != "num_episodes"
+        }
+        # In the form of the first datasets' records, which knew the mode alone.
+        balance = kept.pop("balance")
+        kept["keystep_mode"] = balance.pop("mode")
+        return kept | {key: value for key, value in balance.items() if value != getattr(PAPER, key)}
 
 
 @dataclass(frozen=True)

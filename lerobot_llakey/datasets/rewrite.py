@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -43,6 +43,25 @@ def rewrite(
     info["features"].update(json.loads(json.dumps(features)))
     _fresh(path).write_text(json.dumps(info, indent=4))
     _fresh(path).replace(path)
+
+
+def drop(root: Path, keys: Collection[str]) -> None:
+    """Remove columns of texts, which have no statistics, from a finished dataset, where it has them."""
+    path = root / INFO_PATH
+    info = json.loads(path.read_text())
+    if not set(keys) & set(info["features"]):
+        return
+    for file in sorted((root / "data").rglob("*.parquet")):
+        table = pq.read_table(file)
+        write_table_one_row_group_per_episode(_plain(table.drop_columns(_among(keys, table))), _fresh(file))
+        _fresh(file).replace(file)
+    info["features"] = {key: feature for key, feature in info["features"].items() if key not in keys}
+    _fresh(path).write_text(json.dumps(info, indent=4))
+    _fresh(path).replace(path)
+
+
+def _among(keys: Collection[str], table: pa.Table) -> list[str]:
+    return [key for key in keys if key in table.column_names]
 
 
 def _fresh(path: Path) -> Path:

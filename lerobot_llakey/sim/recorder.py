@@ -81,12 +81,13 @@ class Episode:
             self.interruptions,
         )
 
-    def origin(self) -> dict[str, np.ndarray]:
+    def origin(self) -> dict[str, np.ndarray | str]:
         """Columns that say which scene this is."""
         return {
             schema.EPISODE_SEED: np.array([self.seed]),
             schema.EPISODE_VARIATION: np.array([self.variation]),
             schema.EPISODE_SEQUENCE: np.array([self.sequence]),
+            schema.EPISODE_TASK: self.task,
         }
 
 
@@ -123,7 +124,8 @@ def record(
         struck = world.disturbance.time if world.disturbance is not None else None
         if struck is not None:
             frame = int(np.searchsorted(times, struck))
-            interruptions.append(Interruption(len(steps) - 1, frame, waypoint_action(step.waypoint)))
+            meant = waypoint_action(step.waypoint)
+            interruptions.append(Interruption(len(steps) - 1, frame, meant, disturbance or ""))
     world.observe(None)
     trajectory = np.stack(states)
     keyframes: list[int] = []

@@ -37,7 +37,7 @@ def test_demonstrations_are_collected_and_keysteps_drawn_from_them(
         (("--task=open_door",), "open_door"),
         (("--num_episodes=0",), "num_episodes"),
         (("--split=exam",), "split"),
-        (("--keystep_mode=fat",), "thin and repeat"),
+        (("--keystep_mode=fat",), "thin, repeat and weight"),
         (("--demonstrations=false",), "--keysteps_root"),
     ],
 )

@@ -13,6 +13,7 @@ from lerobot_llakey import schema
 from lerobot_llakey.datasets import collect as module
 from lerobot_llakey.datasets.collect import collect
 from lerobot_llakey.datasets.plan import CollectSettings, Targets
+from lerobot_llakey.datasets.rewrite import drop
 from lerobot_llakey.instructions import parse
 
 
@@ -137,6 +138,18 @@ def test_a_collection_is_extended_by_asking_for_more(
     collect(replace(settings, num_episodes=1), targets, num_workers=1, progress=lambda *_: None)
     collect(settings, targets, num_workers=1, progress=lambda *_: None)
     pd.testing.assert_frame_equal(table(targets.keysteps), table(collected.keysteps))
+
+
+def test_a_collection_begun_without_the_columns_of_origin_goes_on_without_them(
+    collected: Targets, settings: CollectSettings, targets: Targets
+) -> None:
+    assert targets.keysteps is not None
+    collect(replace(settings, num_episodes=1), targets, num_workers=1, progress=lambda *_: None)
+    drop(targets.keysteps, schema.ORIGIN_COLUMNS)
+    collect(settings, targets, num_workers=1, progress=lambda *_: None)
+    whole = table(collected.keysteps)
+    assert set(whole[schema.EPISODE_TASK]) == {"open_drawer"} and set(whole[schema.EPISODE_EVENT]) == {""}
+    pd.testing.assert_frame_equal(table(targets.keysteps), whole.drop(columns=list(schema.ORIGIN_COLUMNS)))
 
 
 def test_other_settings_are_refused_before_work(collected: Targets, settings: CollectSettings) -> None:

@@ -27,6 +27,8 @@ def frames(count: int, task: str = "lift the red ball") -> list[dict[str, object
             schema.EPISODE_SEED: np.array([7]),
             schema.EPISODE_VARIATION: np.array([0]),
             schema.EPISODE_SEQUENCE: np.array([0]),
+            schema.EPISODE_TASK: "lift",
+            schema.EPISODE_EVENT: "drop" if index else "",
             schema.TASK: task,
         }
         made.append(frame)

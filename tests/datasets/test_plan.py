@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from lerobot_llakey import schema
+from lerobot_llakey.datasets.balance import Balance
 from lerobot_llakey.datasets.plan import ATTEMPTS, CollectSettings, Targets
 
 SETTINGS = CollectSettings(("open_drawer", "close_jar"), 3, split="val")
@@ -51,3 +52,13 @@ def test_shares_of_disturbed_episodes_are_kept_whatever_the_variation() -> None:
 def test_shares_beyond_one_are_refused() -> None:
     with pytest.raises(ValueError, match="together at most 1"):
         replace(SETTINGS, recovery=0.6, imprecise=0.6)
+
+
+def test_another_balance_is_another_plan_and_the_papers_is_written_as_it_used_to_be() -> None:
+    assert set(SETTINGS.resumable()) == {
+        *("tasks", "split", "first_seed", "image_size", "fps", "keystep_mode", "recovery", "imprecise")
+    }
+    assert SETTINGS.resumable()["keystep_mode"] == "thin"
+    others = [Balance("weight"), Balance(stride=5), Balance(keyframe_repeats=3), Balance(min_per_segment=4)]
+    records = [replace(SETTINGS, balance=balance).resumable() for balance in others]
+    assert all(record != SETTINGS.resumable() for record in records) and records[1] != records[2]

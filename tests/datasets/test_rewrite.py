@@ -8,7 +8,7 @@ from lerobot.datasets.lerobot_dataset import LeRobotDataset
 
 from fakes import fake_keysteps
 from lerobot_llakey import schema
-from lerobot_llakey.datasets.rewrite import rewrite
+from lerobot_llakey.datasets.rewrite import drop, rewrite
 
 
 def test_columns_are_added_and_replaced(tmp_path: Path) -> None:
@@ -30,3 +30,14 @@ def test_columns_are_added_and_replaced(tmp_path: Path) -> None:
         for key in (schema.image_key("front"), schema.EXTRINSICS, schema.ACTION):
             assert torch.equal(old[key], new[key])
     assert not list((tmp_path / "data").rglob("*.tmp"))
+
+
+def test_dropped_columns_are_gone_and_the_rest_stays(tmp_path: Path) -> None:
+    before = fake_keysteps(tmp_path / "data", episodes=2, frames=3)
+    rows = [before[i] for i in range(len(before))]
+    drop(tmp_path / "data", [schema.PREVIOUS_INSTRUCTION, "unknown"])
+    after = LeRobotDataset(before.repo_id, root=tmp_path / "data")
+    assert set(before.features) - set(after.features) == {schema.PREVIOUS_INSTRUCTION}
+    for old, new in zip(rows, (after[i] for i in range(len(after))), strict=True):
+        assert schema.PREVIOUS_INSTRUCTION not in new and new[schema.INSTRUCTION] == old[schema.INSTRUCTION]
+        assert torch.equal(old[schema.image_key("front")], new[schema.image_key("front")])
