@@ -12,7 +12,7 @@ from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyC
 from lerobot_llakey.policies.keyframe_config import KeyframePolicyConfig
 from lerobot_llakey.policies.muon import MuonConfig
 
-COMMANDERS = ("policy", "oracle", "task")
+COMMANDERS = ("policy", "oracle", "task", "list")
 
 
 @PreTrainedConfig.register_subclass("llakey")
@@ -26,13 +26,26 @@ class LlakeyConfig(KeyframePolicyConfig):
         command_path, action_path: Hub names or folders of trained parts. Once loaded they are cleared, because a saved
             checkpoint holds both parts.
         commander: who gives the instructions: "policy" is the command policy, "oracle" the expert's instruction that
-            the environment sends along, "task" the skill instruction itself, without a hierarchy. With the last two no
-            command policy is built or loaded.
+            the environment sends along, "task" the skill instruction itself, without a hierarchy, "list" those of
+            ``instructions``. With the last three no command policy is built or loaded.
+        instructions: of the commander "list": one a step, from the start of each episode, the last one over and over.
         repeat_threshold: how often the same instruction may be repeated before random moves begin.
         random_move_probability: chance of a random move at each step after that.
         random_move_radius: metres around the gripper within which a random move ends.
         fallback_instruction: done where nothing valid was ever commanded.
-        seed: of the random moves.
+        screw_about_tool_axis: let a hand that is told to screw turn about and move along its own z axis only.
+        raise_upward: let a hand that is told to raise itself move straight up only.
+        ask_again: ask the command policy again, with sampling, where its words cannot be read, or repeat what did not
+            move the arm in the step before (out of reach, blocked, or there already).
+        ask_again_attempts: how often at most in one step.
+        ask_again_temperature: of the sampling; 1 is the model's own distribution.
+        still_distance, still_degrees: a step that moved the hand by less than both, and the gripper by less than a
+            tenth of its opening, did not move.
+        seed: of the random moves and of asking again, together with the first observation of each episode: the same
+            seed and scene give the same moves in any batch. Repeat an evaluation with another seed.
+        log_dir: folder for a record of every step, one file of JSON lines an episode; none is written by default.
+        results_path: ``results.json`` of an evaluation, whose table goes on the model card when the policy is pushed;
+            one in the folder that the policy was loaded from is found without it.
         train_command, train_action: which parts ``lerobot-train`` trains; the other is frozen.
         command_lr_multiplier, action_lr_multiplier: factors on the learning rates that the parts' own settings give.
         optimizer_grad_clip_norm: largest norm of both parts' gradients together.
@@ -44,11 +57,21 @@ class LlakeyConfig(KeyframePolicyConfig):
     action_path: str | None = None
 
     commander: str = "policy"
+    instructions: list[str] = field(default_factory=list)
     repeat_threshold: int = 3
     random_move_probability: float = 0.5
     random_move_radius: float = 0.1
     fallback_instruction: str = "raise the robotic arm"
+    screw_about_tool_axis: bool = False
+    raise_upward: bool = False
+    ask_again: bool = False
+    ask_again_attempts: int = 3
+    ask_again_temperature: float = 1.0
+    still_distance: float = 0.005
+    still_degrees: float = 2.0
     seed: int = 0
+    log_dir: str | None = None
+    results_path: str | None = None
 
     train_command: bool = True
     train_action: bool = True
@@ -69,11 +92,24 @@ class LlakeyConfig(KeyframePolicyConfig):
                 "Expected repeat_threshold >= 0, random_move_radius >= 0 and random_move_probability in [0, 1], got "
                 f"{self.repeat_threshold}, {self.random_move_radius} and {self.random_move_probability}; correct them."
             )
+        if self.ask_again_attempts < 1 or self.ask_again_temperature <= 0:
+            raise ValueError(
+                "Expected ask_again_attempts >= 1 and ask_again_temperature > 0, got "
+                f"{self.ask_again_attempts} and {self.ask_again_temperature}; correct them."
+            )
+        if min(self.still_distance, self.still_degrees) < 0:
+            raise ValueError(
+                "Expected still_distance >= 0 and still_degrees >= 0, got "
+                f"{self.still_distance} and {self.still_degrees}; correct them."
+            )
+        if self.commander == "list" and not self.instructions:
+            raise ValueError("Expected at least one instruction for commander='list', got none; set instructions.")
         if not (self.train_action or (self.train_command and self.commander == "policy")):
             raise ValueError(
                 "Expected at least one part to train, got none; set train_command or train_action to true."
             )
-        instructions.parse(self.fallback_instruction)
+        for text in (self.fallback_instruction, *self.instructions):
+            instructions.parse(text)
         self.command.device = self.action.device = self.device
 
     @property

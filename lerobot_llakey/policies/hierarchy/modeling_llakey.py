@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
-import numpy as np
 import torch
 from huggingface_hub import snapshot_download
 from lerobot.configs import FeatureType, PolicyFeature, PreTrainedConfig
@@ -19,9 +18,13 @@ from lerobot_llakey import schema
 from lerobot_llakey.policies.action.modeling_llakey_action import LlakeyActionPolicy
 from lerobot_llakey.policies.command.modeling_llakey_command import LlakeyCommandPolicy
 from lerobot_llakey.policies.command.pretrained.loading import ASSETS, save_assets
+from lerobot_llakey.policies.hierarchy.commanders.build import build_commander
+from lerobot_llakey.policies.hierarchy.commanders.commander import Commander
 from lerobot_llakey.policies.hierarchy.configuration_llakey import LlakeyConfig
+from lerobot_llakey.policies.hierarchy.loop import Loop
 from lerobot_llakey.policies.hierarchy.parts import check_keys, load_part, parameter_groups
-from lerobot_llakey.policies.hierarchy.supervisor import Supervisor, SupervisorSettings
+from lerobot_llakey.policies.hierarchy.record import Step
+from lerobot_llakey.policies.hierarchy.supervisor import Supervisor
 
 
 class LlakeyPolicy(PreTrainedPolicy):
@@ -35,8 +38,9 @@ class LlakeyPolicy(PreTrainedPolicy):
         assets_dir: folder of a pretrained language model's architecture, set by :meth:`from_pretrained`.
 
     Attributes:
+        commander: who gives the instructions; another may be put in its place, such as
+            :class:`~lerobot_llakey.policies.hierarchy.commanders.corrections.Corrections` around it.
         last_instructions: the instruction being carried out in each row, for overlays.
-        supervisors: one for each row since the last :meth:`reset`.
     """
 
     config_class = LlakeyConfig
@@ -64,7 +68,6 @@ class LlakeyPolicy(PreTrainedPolicy):
         if config.action_path is None:
             self.action = LlakeyActionPolicy(config.action, **context)
         self._load_parts()
-        self._resets = 0
         self.reset()
 
     def _load_parts(self) -> None:
@@ -87,6 +90,8 @@ class LlakeyPolicy(PreTrainedPolicy):
             self.command.requires_grad_(False)
         if not config.train_action:
             self.action.requires_grad_(False)
+        self.commander: Commander = build_commander(config, self.command)
+        self.loop = Loop(config)
 
     @classmethod
     def from_pretrained(
@@ -169,19 +174,22 @@ class LlakeyPolicy(PreTrainedPolicy):
             metrics |= {f"{name}_{key.removeprefix(f'{name}_')}": value for key, value in (details or {}).items()}
         return torch.stack(losses).sum(0), metrics
 
+    @property
+    def supervisors(self) -> list[Supervisor]:
+        """One for each row since the last :meth:`reset`."""
+        return self.loop.supervisors
+
+    @property
+    def log(self) -> list[list[Step]]:
+        """What was done in each row since the last :meth:`reset`, step by step."""
+        return self.loop.log.steps
+
     def reset(self) -> None:
         """Forget all episodes; the next batch sets the number of rows."""
-        self._resets += 1
-        self.supervisors: list[Supervisor] = []
+        self.loop.reset()
         self.last_instructions: list[str] = []
-        for part in (self.command, self.action):
-            if part is not None:
-                part.reset()
-
-    def reseed(self, seed: int) -> None:
-        """Forget all episodes, and let what follows depend on this seed alone, whatever was done before."""
-        self.config.seed, self._resets = seed, 0
-        self.reset()
+        self.commander.reset()
+        self.action.reset()
 
     @torch.no_grad()
     def select_action(self, batch: dict[str, Any], **kwargs: Any) -> Tensor:
@@ -195,60 +203,18 @@ class LlakeyPolicy(PreTrainedPolicy):
             Actions (B, 9): poses in metres and unit quaternions xyzw, gripper, collision flag.
 
         Raises:
-            ValueError: if the number of rows changed without a reset, or something is missing in the batch.
+            ValueError: if the number of rows or the thread changed without a reset, or something is missing in the
+                batch.
         """
-        if schema.STATE not in batch:
-            raise ValueError(
-                f"Expected {schema.STATE!r} in the batch, got {sorted(batch)}; use an environment that has it."
-            )
-        states: np.ndarray = batch[schema.STATE].float().cpu().numpy()
-        self._begin(len(states))
-        said = self._commanded(batch, len(states))
-        self.last_instructions = [row.accept(text) for row, text in zip(self.supervisors, said, strict=True)]
-        actions = self.action.select_action({**batch, schema.INSTRUCTION: list(self.last_instructions)})
-        proposed = actions.float().cpu().numpy()
-        rows = zip(self.supervisors, proposed, states, strict=True)
-        adjusted = [supervisor.adjust(action, state) for supervisor, action, state in rows]
-        return torch.from_numpy(np.stack(adjusted)).to(actions.device)
+        self.last_instructions = self.loop.instruct(self.commander, batch)
+        batch = {**self.commander.with_tasks(batch), schema.INSTRUCTION: list(self.last_instructions)}
+        actions = self.action.select_action(batch)
+        sent = self.loop.send(self.commander, batch, actions.float().cpu().numpy())
+        return torch.from_numpy(sent).to(actions.device)
 
     def predict_action_chunk(self, batch: dict[str, Any], **kwargs: Any) -> Tensor:
         """One step as a chunk (B, 1, 9)."""
         return self.select_action(batch)[:, None]
-
-    def _begin(self, rows: int) -> None:
-        """Set up the rows at the first step of an episode."""
-        if not self.supervisors:
-            config = self.config
-            settings = SupervisorSettings(
-                repeat_threshold=config.repeat_threshold,
-                random_move_probability=config.random_move_probability,
-                random_move_radius=config.random_move_radius,
-                workspace=cast(schema.Workspace, config.action.workspace),
-                fallback=config.fallback_instruction,
-                free_text=config.commander == "task",
-            )
-            seeds = [(config.seed, self._resets, row) for row in range(rows)]
-            self.supervisors = [Supervisor(settings, np.random.default_rng(seed)) for seed in seeds]
-        if len(self.supervisors) != rows:
-            raise ValueError(
-                f"Expected a batch of {len(self.supervisors)} rows as in the step before, got {rows}; call reset() "
-                "between episodes."
-            )
-
-    def _commanded(self, batch: Mapping[str, Any], rows: int) -> list[str]:
-        """What the commander says to each row."""
-        if self.command is not None:
-            previous = [row.previous for row in self.supervisors]
-            return self.command.next_instructions({**batch, schema.PREVIOUS_INSTRUCTION: previous})
-        key = schema.TASK if self.config.commander == "task" else schema.ORACLE_INSTRUCTION
-        if key not in batch:
-            raise ValueError(
-                f"Expected {key!r} in the batch for commander={self.config.commander!r}, got {sorted(batch)}; switch "
-                "it on in the environment (--env.oracle_instructions=true for the oracle) or use commander=policy."
-            )
-        if key == schema.ORACLE_INSTRUCTION:
-            return [schema.decode_text(codes.cpu()) for codes in batch[key]]
-        return [batch[key]] * rows if isinstance(batch[key], str) else [str(text) for text in batch[key]]
 
     def _save_pretrained(self, save_directory: Path, state_dict: dict[str, Tensor] | None = None) -> None:
         super()._save_pretrained(save_directory, state_dict=state_dict)

@@ -8,6 +8,11 @@ import numpy as np
 
 from lerobot_llakey import instructions, schema
 from lerobot_llakey.geometry import canonical_quaternion
+from lerobot_llakey.policies.hierarchy import implied
+from lerobot_llakey.policies.hierarchy.motion import distance, turned
+
+_GRIPPER_STEP = 0.1
+"""Change of the gripper's opening, 0..1, that counts as a motion."""
 
 
 @dataclass(frozen=True)
@@ -21,6 +26,10 @@ class SupervisorSettings:
         workspace: bounds in metres of x, y and z that a random move does not leave.
         fallback: instruction used while nothing valid was commanded yet.
         free_text: take any text as it is and count no repeats: for skill instructions, which stay the same throughout.
+        screw_about_tool_axis: let a screwing hand turn about and move along its own z axis only.
+        raise_upward: let a raised hand move straight up only.
+        still_distance, still_degrees: a step that moved the hand by less than both, and the gripper by less than a
+            tenth of its opening, did not move.
     """
 
     repeat_threshold: int = 3
@@ -29,20 +38,27 @@ class SupervisorSettings:
     workspace: schema.Workspace = schema.WORKSPACE
     fallback: str = "raise the robotic arm"
     free_text: bool = False
+    screw_about_tool_axis: bool = False
+    raise_upward: bool = False
+    still_distance: float = 0.005
+    still_degrees: float = 2.0
 
 
 class Supervisor:
     """Watches one episode: one row of a batch, from one reset to the next.
 
-    A step is :meth:`accept` (the instruction), the action policy, then :meth:`adjust` (its action). The rules:
+    A step is :meth:`observe` (the state), :meth:`accept` (the instruction), the action policy, then :meth:`adjust` (its
+    action). The rules:
         - Instructions go on in their canonical wording. One that is not in the grammar is counted in ``unparsable`` and
           the last valid one kept, or the fallback if there is none.
         - ``repeats`` is how often the current instruction has been given again. It starts anew when the instruction
-          changes and after a random move, which gives both policies a fresh view to try from.
+          changes, after a random move, which gives both policies a fresh view to try from, and when a person speaks.
         - Once ``repeats`` exceeds the threshold, each step is a random move with the given probability: the hand goes
           to a place drawn uniformly from a ball around its present position, with its present orientation and the
           gripper last commanded, planned without touching anything.
-        - A condition in the words (grasp: closed, release: open) overrides the action's gripper, not a random move's.
+        - A place outside the workspace is moved to its edge. A hand that is outside itself goes no further out.
+        - A condition in the words (grasp: closed, release: open, and those of the settings) overrides the action, not
+          a random move.
 
     Args:
         settings: shared by all rows.
@@ -53,6 +69,8 @@ class Supervisor:
         repeats: see above.
         unparsable: number of texts that were not in the grammar.
         random_moves: number of random moves made.
+        moved: whether the step before moved hand or gripper; None before the second observation.
+        took: whose words the accepted instruction is: "said", or "previous" or "fallback" in place of unparsable ones.
     """
 
     def __init__(self, settings: SupervisorSettings, rng: np.random.Generator) -> None:
@@ -61,20 +79,46 @@ class Supervisor:
         self.repeats = 0
         self.unparsable = 0
         self.random_moves = 0
-        self._rng = rng
+        self.moved: bool | None = None
+        self.took = "said"
+        self.rng = rng
         self._gripper: float | None = None
+        self._state: np.ndarray | None = None
 
-    def accept(self, text: str) -> str:
-        """The instruction to carry out now, given what the commander said."""
+    def observe(self, state: np.ndarray) -> None:
+        """Look at the state (15,) before a step, and so at what the step before did."""
+        before, now = self._state, np.array(state, dtype=np.float64)
+        if before is not None:
+            self.moved = (
+                distance(before, now) >= self.settings.still_distance
+                or turned(before, now) >= self.settings.still_degrees
+                or abs(before[schema.GRIPPER] - now[schema.GRIPPER]) >= _GRIPPER_STEP
+            )
+        self._state = now
+
+    def reading(self, text: str) -> str | None:
+        """A text as it would be carried out, None if it is outside the grammar."""
         if self.settings.free_text:
-            self.previous = text
             return text
         try:
-            instruction = instructions.canonical(text)
+            return instructions.canonical(text)
         except ValueError:
+            return None
+
+    def accept(self, text: str, counted: bool = True) -> str:
+        """The instruction to carry out now, given what the commander said.
+
+        Args:
+            text: its words.
+            counted: whether they count as a repetition if they are one; a person's do not.
+        """
+        instruction, self.took = self.reading(text), "said"
+        if instruction is None:
             self.unparsable += 1
+            self.took = "previous" if self.previous else "fallback"
             instruction = self.previous or self.settings.fallback
-        self.repeats = self.repeats + 1 if instruction == self.previous else 0
+        counted = counted and not self.settings.free_text
+        self.repeats = self.repeats + 1 if counted and instruction == self.previous else 0
         self.previous = instruction
         return instruction
 
@@ -91,12 +135,17 @@ class Supervisor:
         Raises:
             ValueError: if the quaternion to execute is not four finite numbers of non-zero length.
         """
-        adjusted = np.array(action, dtype=np.float64)
-        implied = instructions.gripper_implied(self.previous)
-        if implied is not None:
-            adjusted[schema.GRIPPER] = float(implied)
-        if self.repeats > self.settings.repeat_threshold and self._rng.random() < self.settings.random_move_probability:
-            adjusted = self._random_move(np.asarray(state, dtype=np.float64))
+        settings, state = self.settings, np.asarray(state, dtype=np.float64)
+        if self.repeats > settings.repeat_threshold and self.rng.random() < settings.random_move_probability:
+            adjusted = self._random_move(state)
+        else:
+            adjusted = implied.set_gripper(action, self.previous)
+            adjusted[schema.QUATERNION] = canonical_quaternion(adjusted[schema.QUATERNION])
+            template = implied.template_of(self.previous)
+            if settings.screw_about_tool_axis and template in implied.SCREWS:
+                adjusted = implied.about_tool_axis(adjusted, state)
+            if settings.raise_upward and template == implied.RAISE:
+                adjusted = implied.straight_up(adjusted, state)
         adjusted[schema.QUATERNION] = canonical_quaternion(adjusted[schema.QUATERNION])
         self._gripper = float(adjusted[schema.GRIPPER])
         return adjusted.astype(np.float32)
@@ -104,12 +153,14 @@ class Supervisor:
     def _random_move(self, state: np.ndarray) -> np.ndarray:
         self.repeats = 0
         self.random_moves += 1
-        direction = self._rng.normal(size=3)
-        distance = self.settings.random_move_radius * self._rng.random() ** (1 / 3)
+        direction = self.rng.normal(size=3)
+        reach = self.settings.random_move_radius * self.rng.random() ** (1 / 3)
+        hand = state[schema.POSITION]
         low, high = np.array(self.settings.workspace).T
+        # With the hand inside the bounds, no clipping can bring a place further away from it than it was.
+        low, high = np.minimum(low, hand), np.maximum(high, hand)
         move = np.zeros(schema.ACTION_DIM)
-        position = state[schema.POSITION] + distance * direction / np.linalg.norm(direction)
-        move[schema.POSITION] = position.clip(low, high)
+        move[schema.POSITION] = (hand + reach * direction / np.linalg.norm(direction)).clip(low, high)
         move[schema.QUATERNION] = state[schema.QUATERNION]
         move[schema.GRIPPER] = float(state[schema.GRIPPER] > 0.5) if self._gripper is None else self._gripper
         return move

@@ -1,4 +1,5 @@
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,11 +18,11 @@ def _says(policy: LlakeyPolicy, monkeypatch: pytest.MonkeyPatch, *steps: list[st
     told: list[list[str]] = []
     script = iter(steps)
 
-    def next_instructions(batch: dict) -> list[str]:
+    def answer(batch: dict, **_) -> list[SimpleNamespace]:
         told.append(list(batch[schema.PREVIOUS_INSTRUCTION]))
-        return next(script)
+        return [SimpleNamespace(text=text, likelihood=0.5) for text in next(script)]
 
-    monkeypatch.setattr(policy.command, "next_instructions", next_instructions)
+    monkeypatch.setattr(policy.command, "answer", answer, raising=False)
     return told
 
 
@@ -86,6 +87,7 @@ def test_stalled_rows_make_random_moves_and_others_do_not(make_tiny, observation
 
 def test_seed_fixes_the_random_moves(make_tiny, observation) -> None:
     runs = []
+    observation[schema.STATE][:, 8] = torch.tensor([0.1, 0.2, 0.1])  # three episodes of which two are the same
     for seed in (1, 1, 2):
         policy = make_tiny(commander="oracle", repeat_threshold=0, random_move_probability=1.0, seed=seed)
         batch = observation | {schema.ORACLE_INSTRUCTION: _oracle(["pull the lid out"] * 3)}
@@ -93,6 +95,7 @@ def test_seed_fixes_the_random_moves(make_tiny, observation) -> None:
     assert torch.equal(runs[0], runs[1])
     assert not torch.equal(runs[0], runs[2])
     assert not torch.equal(runs[0][1, 0], runs[0][1, 1])
+    assert torch.equal(runs[0][1, 0], runs[0][1, 2])
 
 
 def test_the_oracle_commands_in_place_of_the_policy(make_tiny, observation, monkeypatch) -> None:

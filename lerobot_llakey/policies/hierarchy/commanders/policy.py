@@ -36,6 +36,8 @@ class PolicyCommander(Commander):
         seeds: Sequence[int] = (),
     ) -> list[Said]:
         part = take_rows(batch, rows) | {schema.PREVIOUS_INSTRUCTION: list(previous)}
+        if not hasattr(self.command, "answer"):
+            return [Said(text, "policy") for text in self.command.next_instructions(part)]
         if not sample:
             return [Said(answer.text, "policy", answer.likelihood) for answer in self.command.answer(part)]
         # One row at a time, each from its own seed: what is drawn must not depend on the other rows.

@@ -1,0 +1,25 @@
+"""The commander that the settings ask for."""
+
+from __future__ import annotations
+
+from lerobot_llakey.policies.command.modeling_llakey_command import LlakeyCommandPolicy
+from lerobot_llakey.policies.hierarchy.commanders.commander import Commander
+from lerobot_llakey.policies.hierarchy.commanders.fixed_list import ListCommander
+from lerobot_llakey.policies.hierarchy.commanders.oracle import OracleCommander
+from lerobot_llakey.policies.hierarchy.commanders.policy import PolicyCommander
+from lerobot_llakey.policies.hierarchy.commanders.task import TaskCommander
+from lerobot_llakey.policies.hierarchy.configuration_llakey import LlakeyConfig
+
+
+def build_commander(config: LlakeyConfig, command: LlakeyCommandPolicy | None) -> Commander:
+    """Who commands under these settings.
+
+    Args:
+        config: of the hierarchical policy.
+        command: its command policy; None where another commands.
+    """
+    if command is not None:
+        return PolicyCommander(command, config.ask_again_temperature)
+    if config.commander == "list":
+        return ListCommander(config.instructions)
+    return OracleCommander() if config.commander == "oracle" else TaskCommander()
