@@ -6,7 +6,8 @@ from collections.abc import Iterator
 import pytest
 import torch
 
-torch.set_num_threads(2)
+# Tensors are small here: a second thread waits more than it computes, most of all on a busy machine.
+torch.set_num_threads(1)
 
 
 @pytest.fixture(autouse=True)
