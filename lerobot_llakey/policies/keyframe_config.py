@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from lerobot.configs import PreTrainedConfig
-from lerobot.optim.schedulers import CosineAnnealingWithWarmupSchedulerConfig
+
+from lerobot_llakey.policies.schedule import WarmupStableDecayConfig
 
 
 @dataclass
@@ -13,13 +14,15 @@ class KeyframePolicyConfig(PreTrainedConfig):
     """Base of the settings of policies that look at the present frame alone and decide on the next keyframe.
 
     Attributes:
-        scheduler_warmup_steps: linear warm-up of the learning rate, then cosine to zero over the training's steps.
+        scheduler_warmup_steps: steps over which the learning rate rises.
+        scheduler_decay_share: share of the training's steps over which it falls to zero at the end.
     """
 
     scheduler_warmup_steps: int = 200
+    scheduler_decay_share: float = 0.25
 
-    def get_scheduler_preset(self) -> CosineAnnealingWithWarmupSchedulerConfig:
-        return CosineAnnealingWithWarmupSchedulerConfig(num_warmup_steps=self.scheduler_warmup_steps)
+    def get_scheduler_preset(self) -> WarmupStableDecayConfig:
+        return WarmupStableDecayConfig(self.scheduler_warmup_steps, self.scheduler_decay_share)
 
     @property
     def observation_delta_indices(self) -> None:

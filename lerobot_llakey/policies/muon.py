@@ -38,12 +38,13 @@ class Muon(torch.optim.AdamW):
     """Muon for the parameter groups marked ``{"muon": True}``, AdamW for the others.
 
     Args:
-        params: parameter groups; those marked hold matrices (M, N) only.
+        params: parameter groups; those marked hold matrices (M, N) and convolutions' kernels (M, N, ...) only, which
+            are taken as matrices (M, N * ...).
         momentum: of the matrices' gradients (Nesterov's form).
         **kwargs: as for ``torch.optim.AdamW``; the learning rate and weight decay are meant for both kinds.
 
     Raises:
-        ValueError: if a marked group holds something else than a matrix.
+        ValueError: if a marked group holds a vector.
     """
 
     def __init__(self, params: Any, momentum: float = 0.95, **kwargs: Any) -> None:
@@ -52,7 +53,7 @@ class Muon(torch.optim.AdamW):
         for group in self.param_groups:
             group.setdefault("muon", False)
             group.setdefault("momentum", momentum)
-            shapes = {tuple(value.shape) for value in group["params"] if group["muon"] and value.ndim != 2}
+            shapes = {tuple(value.shape) for value in group["params"] if group["muon"] and value.ndim < 2}
             if shapes:
                 raise ValueError(f"Expected matrices in a group marked for Muon, got {shapes}; leave these to AdamW.")
 
@@ -85,10 +86,11 @@ class Muon(torch.optim.AdamW):
             state["step"], state["momentum"] = torch.tensor(0.0), torch.zeros_like(value)
         state["step"] += 1
         momentum = state["momentum"].lerp_(gradient, 1 - group["momentum"])
-        update = orthogonalised(gradient.lerp(momentum, group["momentum"]))
+        update = orthogonalised(gradient.lerp(momentum, group["momentum"]).flatten(1))
         value.mul_(1 - group["lr"] * group["weight_decay"])
         # An entry of the update then has the root mean square that AdamW's usually has.
-        value.add_(update.to(value.dtype), alpha=-group["lr"] * 0.2 * max(value.shape) ** 0.5)
+        scale = 0.2 * max(update.shape) ** 0.5
+        value.add_(update.view_as(value).to(value.dtype), alpha=-group["lr"] * scale)
 
 
 @OptimizerConfig.register_subclass("muon")

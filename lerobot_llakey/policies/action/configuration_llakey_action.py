@@ -11,6 +11,7 @@ from lerobot.optim import AdamWConfig
 from lerobot_llakey import schema
 from lerobot_llakey.policies.action.views.renderer import VIEWS
 from lerobot_llakey.policies.keyframe_config import KeyframePolicyConfig
+from lerobot_llakey.policies.muon import MuonConfig
 
 CHOICES: dict[str, tuple[object, ...]] = {
     "design": ("small", "rvt", "rvt2"),
@@ -67,6 +68,7 @@ class LlakeyActionConfig(KeyframePolicyConfig):
             LeRobot's processors.
         paraphrase_probability: share of training texts that are replaced by a synonym.
         dtype: autocast type, "bfloat16" or "float32"; weights stay in float32.
+        muon: train the hidden matrices and kernels with Muon rather than with AdamW, see :mod:`muon`.
     """
 
     input_features: dict[str, PolicyFeature] | None = field(default_factory=dict)
@@ -122,6 +124,7 @@ class LlakeyActionConfig(KeyframePolicyConfig):
     paraphrase_probability: float = 0.1
     dtype: str = "bfloat16"
 
+    muon: bool = False
     optimizer_lr: float = 1e-3
     optimizer_weight_decay: float = 1e-2
     optimizer_grad_clip_norm: float = 5.0
@@ -161,8 +164,9 @@ class LlakeyActionConfig(KeyframePolicyConfig):
                 f"Expected workspace as three (low, high) pairs in metres, got {self.workspace}; correct it."
             )
 
-    def get_optimizer_preset(self) -> AdamWConfig:
-        return AdamWConfig(
+    def get_optimizer_preset(self) -> AdamWConfig | MuonConfig:
+        kind = MuonConfig if self.muon else AdamWConfig
+        return kind(
             lr=self.optimizer_lr,
             weight_decay=self.optimizer_weight_decay,
             grad_clip_norm=self.optimizer_grad_clip_norm,

@@ -38,6 +38,8 @@ from lerobot_llakey.policies.action.text.word_encoder import QueryPool, TextRole
 from lerobot_llakey.policies.action.views.scene import Scene
 
 CONDITION = 128
+MUON_LEAST = 32
+"""Rows and columns from which on a weight of the views' networks counts as a hidden matrix."""
 
 
 class LlakeyActionPolicy(PreTrainedPolicy):
@@ -90,12 +92,16 @@ class LlakeyActionPolicy(PreTrainedPolicy):
         self._rng = np.random.default_rng()
 
     def get_optim_params(self) -> list[dict[str, Any]]:
-        """Parameter groups: matrices decay, vectors (biases, norms) do not."""
-        named = [parameter for parameter in self.parameters() if parameter.requires_grad]
-        return [
-            {"params": [parameter for parameter in named if parameter.ndim >= 2]},
-            {"params": [parameter for parameter in named if parameter.ndim < 2], "weight_decay": 0.0},
-        ]
+        """Parameter groups: hidden matrices and kernels (for Muon), other weights, and vectors, which do not decay."""
+        hidden: list[nn.Parameter] = []
+        weights: list[nn.Parameter] = []
+        vectors: list[nn.Parameter] = []
+        for name, value in self.named_parameters():
+            if value.requires_grad:
+                is_hidden = self.config.muon and ".network." in name and min(value.shape[:2]) >= MUON_LEAST
+                (vectors if value.ndim < 2 else hidden if is_hidden else weights).append(value)
+        groups: list[dict[str, Any]] = [{"params": weights}, {"params": vectors, "weight_decay": 0.0}]
+        return [*groups, {"params": hidden, "muon": True}] if hidden else groups
 
     def reset(self) -> None:
         """Nothing to forget: each decision depends on the present observation alone."""
