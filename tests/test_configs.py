@@ -18,11 +18,26 @@ def test_recipe_is_read(path: Path) -> None:
     assert config.steps > 0 and config.policy.push_to_hub is False
 
 
+def test_the_small_baseline_differs_in_what_it_is_told_alone() -> None:
+    recipes = {path.stem: draccus.parse(TrainPipelineConfig, str(path), args=[]) for path in CONFIGS}
+    ours, baseline = recipes["action_small"].to_dict(), recipes["action_small_baseline"].to_dict()
+    assert (ours.pop("job_name"), baseline.pop("job_name")) == ("action_small", "action_small_baseline")
+    policies = ours.pop("policy"), baseline.pop("policy")
+    assert ours == baseline
+    told = {key: (value, policies[1][key]) for key, value in policies[0].items() if value != policies[1][key]}
+    assert told == {
+        "condition_on": ("instruction", "task"),
+        "proprioception": ("pose", "gripper"),
+        "use_timestep": (False, True),
+    }
+
+
 def test_there_are_recipes() -> None:
     assert {path.stem for path in CONFIGS} >= {
         "action_small",
         "action_rvt",
         "action_rvt2",
         "action_rvt_baseline",
+        "action_small_baseline",
         "command_small",
     }
