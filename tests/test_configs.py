@@ -7,8 +7,11 @@ import pytest
 from lerobot.configs.train import TrainPipelineConfig
 
 import lerobot_llakey  # noqa: F401 - registers the policies that the recipes name
+from lerobot_llakey.evaluation.protocol.paper import SUCCESS
+from lerobot_llakey.evaluation.protocol.rows import read_rows
 
-CONFIGS = sorted((Path(__file__).parent.parent / "configs").glob("*.yaml"))
+FOLDER = Path(__file__).parent.parent / "configs"
+CONFIGS = sorted(path for path in FOLDER.glob("*.yaml") if path.stem != "table")
 
 
 @pytest.mark.parametrize("path", CONFIGS, ids=lambda path: path.stem)
@@ -30,6 +33,12 @@ def test_the_small_baseline_differs_in_what_it_is_told_alone() -> None:
         "proprioception": ("pose", "gripper"),
         "use_timestep": (False, True),
     }
+
+
+def test_the_tables_rows_are_read() -> None:
+    rows = read_rows(str(FOLDER / "table.yaml"))
+    assert {row.paper for row in rows} - {""} <= set(SUCCESS)
+    assert [row.overrides for row in rows if "oracle" in row.name] == [{"commander": "oracle"}]
 
 
 def test_there_are_recipes() -> None:

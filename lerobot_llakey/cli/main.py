@@ -24,6 +24,8 @@ VERBS: dict[str, tuple[str, str]] = {
     "abilities": ("lerobot_llakey.cli.abilities", "how well a command policy names the next instruction"),
     "keyframe-accuracy": ("lerobot_llakey.cli.keyframe_accuracy", "how often an action policy finds the next keyframe"),
     "show": ("lerobot_llakey.cli.show", "what an action policy sees and decides for one recorded frame"),
+    "table": ("lerobot_llakey.cli.table", "the paper's table I: policies against tasks, with plots and videos"),
+    "rollback": ("lerobot_llakey.cli.rollback", "the paper's figure 6: how often policies recover from events"),
     "demo": ("lerobot_llakey.cli.demo", "watch a trained policy do the tasks: a table of successes, and videos"),
 }
 """What can be asked for: verb -> (module with a ``main()``, summary in one line)."""

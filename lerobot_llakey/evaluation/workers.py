@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import functools
 import os
+import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from multiprocessing import get_context
+from multiprocessing import get_context, parent_process
+from multiprocessing.connection import wait
 from typing import Any
 
 import torch
@@ -34,9 +36,27 @@ def run_jobs[Result](
             yield work(*job)
         return
     # Fresh processes: OpenGL contexts and PyTorch's threads do not survive a fork.
-    with ProcessPoolExecutor(workers, get_context("spawn"), torch.set_num_threads, (1,)) as pool:
-        for future in as_completed([pool.submit(work, *job) for job in jobs]):
-            yield future.result()
+    with ProcessPoolExecutor(workers, get_context("spawn"), _begin) as pool:
+        try:
+            for future in as_completed([pool.submit(work, *job) for job in jobs]):
+                yield future.result()
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)  # an error is told now, not after all other jobs
+            raise
+
+
+def _begin() -> None:
+    """What a process does first: one thread, and no life after the process that started it."""
+    torch.set_num_threads(1)
+    parent = parent_process()
+    if parent is not None:
+        threading.Thread(target=_end_with, args=(parent.sentinel,), daemon=True).start()
+
+
+def _end_with(sentinel: int) -> None:
+    """Wait for the starting process to end, also where it is killed; a pool's processes would wait for it for ever."""
+    wait([sentinel])
+    os._exit(1)
 
 
 @functools.cache

@@ -1,6 +1,13 @@
 """Jobs run here or in other processes."""
 
+import contextlib
 import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
@@ -20,3 +27,50 @@ def test_processes_are_as_many_as_asked_for() -> None:
 
 def test_a_scene_is_built_once() -> None:
     assert world_of("move_block") is world_of("move_block")
+
+
+_ORPHANS = """
+import os, sys, time
+from pathlib import Path
+sys.path.insert(0, {folder!r})
+from lerobot_llakey.evaluation.workers import run_jobs
+import sleepers
+
+if __name__ == "__main__":
+    list(run_jobs(sleepers.sleep, [({folder!r},)] * 2, 2))
+"""
+_SLEEPERS = """
+import os, time
+from pathlib import Path
+
+def sleep(folder):
+    Path(folder, f"{os.getpid()}.pid").touch()
+    time.sleep(120)
+"""
+
+
+def test_no_process_outlives_a_killed_run(tmp_path: Path) -> None:
+    (tmp_path / "sleepers.py").write_text(_SLEEPERS)
+    (tmp_path / "main.py").write_text(_ORPHANS.format(folder=str(tmp_path)))
+    run = subprocess.Popen([sys.executable, str(tmp_path / "main.py")], start_new_session=True)
+    try:
+        _until(lambda: len(list(tmp_path.glob("*.pid"))) == 2)
+        workers = [int(path.stem) for path in tmp_path.glob("*.pid")]
+        run.kill()
+        run.wait()
+        _until(lambda: not any(_alive(worker) for worker in workers))
+    finally:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(run.pid, signal.SIGKILL)
+
+
+def _alive(pid: int) -> bool:
+    status = Path(f"/proc/{pid}/stat")
+    return status.exists() and status.read_text().rpartition(")")[2].split()[0] != "Z"
+
+
+def _until(condition: Callable[[], bool]) -> None:
+    deadline = time.monotonic() + 60
+    while not condition():
+        assert time.monotonic() < deadline, "waited for a minute in vain"
+        time.sleep(0.05)

@@ -1,0 +1,78 @@
+"""``llakey table``: table I of the paper in the simulator: policies against tasks, with plots, videos and blame.
+
+llakey table --rows=configs/table.yaml --output_dir=outputs/table
+llakey table --rows=checkpoints/llakey_small --task=open_drawer,close_jar,move_block --num_episodes=5 --repeats=3
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from lerobot.configs import parser
+
+from lerobot_llakey.cli.errors import one_sentence
+from lerobot_llakey.evaluation.protocol.experiment import Output, foresee, report_table, run_experiment
+from lerobot_llakey.evaluation.protocol.plan import Plan
+from lerobot_llakey.evaluation.protocol.rows import read_rows
+from lerobot_llakey.sim.tasks import parse_tasks
+
+
+@dataclass
+class TableConfig:
+    """Options of ``llakey table``.
+
+    Attributes:
+        rows: YAML file that names the policies, or checkpoints' paths separated by commas.
+        task: task names separated by commas, or all.
+        num_episodes: episodes of each task in a repeat.
+        repeats: of all episodes, on other scenes; the best and the worst are left out of the mean.
+        max_steps: actions after which an episode ends.
+        split: of the scene seeds: train, val or test.
+        first_seed: index of the first scene within the split.
+        blame: run failed episodes again with the oracle's instructions, to tell which level failed.
+        num_videos: successes and failures of each row and task of which a video is made.
+        detailed: show the robot's detailed meshes in the videos.
+        num_workers: processes; one for each CPU core where 0.
+        dry_run: only say how many episodes there are and how long they take.
+        output_dir: folder for results.json, table.md, plots and videos. A run that was ended goes on from it.
+    """
+
+    rows: str = "configs/table.yaml"
+    task: str = "all"
+    num_episodes: int = 25
+    repeats: int = 6
+    max_steps: int = 25
+    split: str = "test"
+    first_seed: int = 0
+    blame: bool = True
+    num_videos: int = 2
+    detailed: bool = False
+    num_workers: int = 0
+    dry_run: bool = False
+    output_dir: Path = Path("outputs/table")
+
+
+@parser.wrap()
+def run(config: TableConfig) -> None:
+    """Run the episodes that are missing, write everything, print the tables."""
+    plan = Plan(
+        tuple(parse_tasks(config.task)),
+        config.num_episodes,
+        config.repeats,
+        config.max_steps,
+        config.split,
+        config.first_seed,
+        blame=config.blame,
+    )
+    rows = read_rows(config.rows)
+    output = Output(config.output_dir, config.num_videos, config.detailed, config.num_workers)
+    if config.dry_run:
+        print(foresee(plan, rows, output))
+        return
+    print(run_experiment(plan, rows, output, report_table))
+    print(f"results: {config.output_dir.resolve()}")
+
+
+def main() -> None:
+    """Run the verb with the options of the command line."""
+    with one_sentence():
+        run()

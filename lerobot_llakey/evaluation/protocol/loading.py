@@ -1,0 +1,91 @@
+"""Finding and loading the policies that a row names."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+
+import draccus
+from huggingface_hub import snapshot_download
+
+from lerobot_llakey.evaluation.protocol.rows import EXPERT, Row
+from lerobot_llakey.evaluation.rollout import Actor, Agent, Expert
+from lerobot_llakey.policies.hierarchy.configuration_llakey import LlakeyConfig
+from lerobot_llakey.policies.hierarchy.modeling_llakey import LlakeyPolicy
+from lerobot_llakey.policies.hierarchy.processor_llakey import make_llakey_pre_post_processors
+
+_CONFIG = "config.json"
+_BLOCK = 1 << 20
+
+
+def why_missing(row: Row) -> str:
+    """Why a row cannot be run, in a few words; empty where it can."""
+    unfilled = [name for name, value in row.overrides.items() if value in (None, "")]
+    if unfilled:
+        return f"{', '.join(unfilled)} is not filled in"
+    return next((f"no checkpoint at {path}" for path in row.paths if _folder(path) is None), "")
+
+
+def fingerprint(row: Row) -> str:
+    """A digest of all files of the row's checkpoints, which changes with any weight or setting in them.
+
+    Raises:
+        FileNotFoundError: if a checkpoint is missing.
+    """
+    digest = hashlib.sha256()
+    for path in row.paths:
+        folder = _folder(path)
+        if folder is None:
+            raise FileNotFoundError(f"Expected a checkpoint folder or a Hub name, got {path}; correct --rows.")
+        for file in sorted(folder.rglob("*")):
+            if file.is_file() and file.suffix != ".md":
+                digest.update(str(file.relative_to(folder)).encode())
+                with file.open("rb") as stream:
+                    while block := stream.read(_BLOCK):
+                        digest.update(block)
+    return digest.hexdigest()
+
+
+def load_row(row: Row, oracle: bool = False) -> Actor:
+    """The policy of a row, ready to act.
+
+    Args:
+        row: what to load; :func:`why_missing` has found nothing.
+        oracle: let the expert's instructions, which the environment must give, take the command policy's place.
+
+    Raises:
+        FileNotFoundError: if a checkpoint is missing.
+        ValueError: if one is of another kind, or a setting is unknown.
+    """
+    if row.policy_path == EXPERT:
+        return Expert()
+    arguments = row.arguments()
+    for name in ("command_path", "action_path"):
+        if path := getattr(row, name):
+            arguments.append(f"--{name}={path}")
+    if row.policy_path:
+        agent = Agent.load(row.policy_path, oracle, arguments)
+    else:
+        agent = _joined([*arguments, "--commander=oracle"] if oracle else arguments)
+    command = getattr(agent.policy, "command", None)
+    if row.views and command is not None:
+        command.config.views = list(row.views)
+    return agent
+
+
+def _joined(arguments: list[str]) -> Agent:
+    """A hierarchy out of a command and an action policy."""
+    policy = LlakeyPolicy(draccus.parse(LlakeyConfig, args=arguments)).eval()
+    preprocessor, postprocessor = make_llakey_pre_post_processors(policy.config)
+    return Agent(policy, preprocessor, postprocessor)
+
+
+def _folder(path: str) -> Path | None:
+    """The folder of a checkpoint, fetched where it is on the Hub alone; None where there is none."""
+    folder = Path(path)
+    if not folder.is_dir() and len(folder.parts) == 2 and not folder.is_absolute():
+        try:
+            folder = Path(snapshot_download(path))
+        except (OSError, ValueError):
+            return None
+    return folder if (folder / _CONFIG).is_file() else None

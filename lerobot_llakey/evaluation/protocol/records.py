@@ -1,0 +1,137 @@
+"""What each episode came to, kept line by line in a file that survives being killed at any moment."""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from lerobot_llakey.evaluation.protocol.plan import Trial
+from lerobot_llakey.evaluation.rollout import Episode
+
+COMMAND, ACTION = "command", "action"
+"""Which level a failure is put down to."""
+
+
+@dataclass(frozen=True)
+class Record:
+    """One finished episode.
+
+    Attributes:
+        trial: which one.
+        episode: what happened; with its actions it can be run again to the last bit.
+        blame: COMMAND or ACTION where the episode failed and the policy has two levels, else empty.
+        swapped_at: the step at which the oracle's instruction took the place of the policy's, None where never.
+        seconds: that it all took.
+    """
+
+    trial: Trial
+    episode: Episode
+    blame: str
+    swapped_at: int | None
+    seconds: float
+
+    def to_line(self) -> str:
+        """One line of JSON, without its end."""
+        return json.dumps(asdict(self))
+
+    @staticmethod
+    def from_line(line: str) -> Record:
+        """Inverse of :meth:`to_line`.
+
+        Raises:
+            ValueError: if the line does not hold a record.
+        """
+        try:
+            content = json.loads(line)
+            return Record(
+                Trial(**content["trial"]),
+                Episode(**content["episode"]),
+                content["blame"],
+                content["swapped_at"],
+                content["seconds"],
+            )
+        except (KeyError, TypeError, ValueError) as error:
+            raise ValueError(f"Expected the record of an episode, got {line[:80]!r}; delete that line.") from error
+
+
+class Records:
+    """The finished episodes of a table, in a file of JSON lines.
+
+    A line is written in one piece and flushed to the disk before the episode counts as finished. A line that was only
+    half written when a run was killed is cut off when the file is opened again.
+
+    Args:
+        path: the file; made where it is missing.
+
+    Raises:
+        ValueError: if a line other than the last is no record.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.records: dict[tuple[str, str, str, int, int], Record] = {}
+        if path.exists():
+            _cut_unfinished_line(path)
+            for line in path.read_text().splitlines():
+                record = Record.from_line(line)
+                self.records.setdefault(record.trial.key, record)
+
+    def __contains__(self, trial: object) -> bool:
+        return isinstance(trial, Trial) and trial.key in self.records
+
+    def __len__(self) -> int:
+        return len(self.records)
+
+    def __iter__(self) -> Iterator[Record]:
+        return iter(self.records.values())
+
+    def add(self, record: Record) -> None:
+        """Keep a record for good.
+
+        Raises:
+            ValueError: if the episode has one already.
+        """
+        if record.trial in self:
+            raise ValueError(f"Expected each episode once, got {record.trial} again; this is a mistake of the program.")
+        file = os.open(self.path, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o644)
+        try:
+            line = f"{record.to_line()}\n".encode()
+            while line:
+                line = line[os.write(file, line) :]
+            os.fsync(file)
+        finally:
+            os.close(file)
+        self.records[record.trial.key] = record
+
+
+@contextmanager
+def alone_in(folder: Path) -> Iterator[None]:
+    """Keep other runs out of a folder; the system lifts this by itself when the process ends, however it ends.
+
+    Raises:
+        RuntimeError: if another run is in it.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    with (folder / ".lock").open("w") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as error:
+            raise RuntimeError(
+                f"Expected no other run in {folder}, got one that is still going; wait for it or give another "
+                "--output_dir."
+            ) from error
+        yield
+
+
+def _cut_unfinished_line(path: Path) -> None:
+    content = path.read_bytes()
+    end = content.rfind(b"\n") + 1
+    if end < len(content):
+        with path.open("r+b") as file:
+            file.truncate(end)
+            os.fsync(file.fileno())

@@ -1,0 +1,71 @@
+"""A folder's results are of one setting: what a table was begun with is written down, and held against later runs."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from lerobot_llakey.evaluation.protocol.loading import fingerprint
+from lerobot_llakey.evaluation.protocol.plan import Plan
+from lerobot_llakey.evaluation.protocol.rows import Row
+
+_FILE = "settings.json"
+
+
+def settings_of(plan: Plan, rows: Sequence[Row], missing: Mapping[str, str]) -> dict[str, Any]:
+    """All that the results depend on.
+
+    Args:
+        plan: the protocol.
+        rows: of the table.
+        missing: names of the rows that cannot be run, with the reason.
+    """
+    described = {row.name: asdict(row) | {"weights": None if row.name in missing else fingerprint(row)} for row in rows}
+    # Through JSON once, so that tuples and lists compare as they will when read again.
+    return dict(json.loads(json.dumps({"plan": asdict(plan), "rows": described})))
+
+
+def claim(folder: Path, settings: dict[str, Any]) -> None:
+    """Begin a table in a folder, or go on with one begun with the same settings.
+
+    A row whose checkpoint was missing before may have one now.
+
+    Raises:
+        ValueError: if the folder's table was begun with other settings.
+    """
+    path = folder / _FILE
+    if path.exists():
+        changed = changes(json.loads(path.read_text()), settings)
+        if changed:
+            raise ValueError(
+                f"Expected the settings with which the table in {folder} was begun, got a change of "
+                f"{', '.join(changed)}; restore them or give another --output_dir."
+            )
+    write_whole(path, json.dumps(settings, indent=2))
+
+
+def changes(begun: Mapping[str, Any], settings: Mapping[str, Any]) -> list[str]:
+    """Names of the settings that differ between the beginning and now."""
+    found = [name for name, value in settings["plan"].items() if begun["plan"].get(name) != value]
+    if list(begun["rows"]) != list(settings["rows"]):
+        return [*found, f"rows (they were {', '.join(begun['rows'])})"]
+    for name, now in settings["rows"].items():
+        before = dict(begun["rows"][name])
+        if before["weights"] is None:
+            before["weights"] = now["weights"]
+        found += [f"{part} of the row {name!r}" for part in now if before.get(part) != now[part]]
+    return found
+
+
+def write_whole(path: Path, content: str) -> None:
+    """Write a text file as a whole or not at all."""
+    unfinished = path.with_name(f".{path.name}")
+    with unfinished.open("w") as file:
+        file.write(content)
+        file.flush()
+        os.fsync(file.fileno())
+    unfinished.replace(path)
