@@ -165,6 +165,15 @@ def parse(text: str) -> Instruction:
     )
 
 
+def is_parsable(text: str) -> bool:
+    """Whether a text is an instruction of the grammar."""
+    try:
+        parse(text)
+    except ValueError:
+        return False
+    return True
+
+
 def instruct(template: str, *arguments: str) -> str:
     """The canonical text of a template filled with arguments.
 

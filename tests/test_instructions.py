@@ -15,6 +15,7 @@ from lerobot_llakey.instructions import (
     canonical,
     gripper_implied,
     instruct,
+    is_parsable,
     paraphrase,
     parse,
     render,
@@ -130,3 +131,7 @@ def test_canonical_and_paraphrase_keep_the_meaning() -> None:
 def test_bad_instructions_are_refused_in_one_sentence(arguments: tuple, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         Instruction(*arguments)
+
+
+def test_texts_outside_the_grammar_are_told_apart() -> None:
+    assert is_parsable("Grab the red block.") and not is_parsable("sing a song")

@@ -5,6 +5,7 @@ Source: section III-C of the paper (LLaVA on three views, loss on the answer alo
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -16,12 +17,14 @@ from lerobot.configs import PreTrainedConfig
 from lerobot.policies.pretrained import PreTrainedPolicy
 from torch import Tensor
 from torch.nn import functional
-from transformers import LogitsProcessorList
 
 from lerobot_llakey import instructions, schema
 from lerobot_llakey.policies.command.chat.backend import ChatBackend
 from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
-from lerobot_llakey.policies.command.decoding import KnownAnswers, Trie
+from lerobot_llakey.policies.command.decoding.answer import Answer, count_unparsable
+from lerobot_llakey.policies.command.decoding.choice import Choice
+from lerobot_llakey.policies.command.decoding.decode import decode_answers
+from lerobot_llakey.policies.command.decoding.trie import Trie
 from lerobot_llakey.policies.command.encoding import IGNORED
 from lerobot_llakey.policies.command.images import augment, stack_views
 from lerobot_llakey.policies.command.language_model import build_language_model
@@ -46,6 +49,8 @@ class LlakeyCommandPolicy(PreTrainedPolicy):
 
     Attributes:
         chat: asks a hosted model in place of a local one, with its counts; None unless ``backend`` is "chat".
+        answered: number of answers given since the policy was made.
+        unparsable: how many of them were not in the grammar of basic actions.
 
     Raises:
         ValueError: if a view is missing, the dataset has no instructions, or the model cannot be found.
@@ -72,6 +77,7 @@ class LlakeyCommandPolicy(PreTrainedPolicy):
         if dataset_meta is not None:
             self._learn_texts(dataset_meta)
         self._rng = np.random.default_rng(0)
+        self.answered = self.unparsable = 0
         self.model: Any = None
         self.encoder: Any = None
         self._processor: Any = None
@@ -159,32 +165,43 @@ class LlakeyCommandPolicy(PreTrainedPolicy):
             loss = loss + self.config.auxiliary_weight * (aid if reduction == "none" else aid.mean())
         return loss, metrics
 
-    @torch.no_grad()
     def next_instructions(self, batch: dict[str, Any]) -> list[str]:
-        """The next basic action of each row of a batch, decoded greedily.
+        """The next basic action of each row of a batch, decoded greedily; see :meth:`answer`."""
+        return [answer.text for answer in self.answer(batch)]
+
+    @torch.no_grad()
+    def answer(
+        self, batch: dict[str, Any], sample: bool = False, temperature: float = 1.0, seed: int | None = None
+    ) -> list[Answer]:
+        """The next basic action of each row of a batch, and how likely it is; every answer is counted.
 
         Args:
             batch: as for :meth:`forward`, without the instruction; a missing previous instruction counts as none.
+            sample: draw the answer by its likelihood rather than taking the likeliest token each time. A chat model is
+                asked as ever.
+            temperature: of the draw; below 1 it is nearer to the likeliest answer.
+            seed: of the draw, PyTorch's generator stays as it was; None goes on with that generator.
 
         Raises:
-            ValueError: if an image or the task is missing.
+            ValueError: if an image or the task is missing, or the temperature is not above 0.
         """
         was_training = self.training
         self.eval()
-        images = stack_views(batch, self.config.image_keys)
+        images, prompts = stack_views(batch, self.config.image_keys), self._prompts(batch)
         if self.chat is not None:
-            answers = self.chat.answers(images, self._prompts(batch))
-            self.train(was_training)
-            return answers
-        inputs = self.encoder.prompts(images, self._prompts(batch))
-        length = inputs["input_ids"].shape[1]
-        held = LogitsProcessorList()
-        if self.config.constrain and self._trie.root:
-            held.append(KnownAnswers(self._trie, length, self.encoder.pad_id))
-        with self._autocast(images.device):
-            ids = self.model.generate(**inputs, max_new_tokens=self.config.max_new_tokens, logits_processor=held)
+            answers = [Answer(text, math.nan) for text in self.chat.answers(images, prompts)]
+        else:
+            trie = self._trie if self.config.constrain else None
+            inputs = self.encoder.prompts(images, prompts)
+            choice = Choice(sample, temperature)
+            with self._autocast(images.device):
+                answers = decode_answers(
+                    self.model, self.encoder, inputs, trie, self.config.max_new_tokens, choice, seed
+                )
         self.train(was_training)
-        return [self.encoder.decode(row) for row in ids[:, length:].tolist()]
+        self.answered += len(answers)
+        self.unparsable += count_unparsable(answers)
+        return answers
 
     def select_action(self, batch: dict[str, Any], **kwargs: Any) -> Tensor:
         """Not possible.

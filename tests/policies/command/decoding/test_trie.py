@@ -1,6 +1,6 @@
 import torch
 
-from lerobot_llakey.policies.command.decoding import KnownAnswers, Trie
+from lerobot_llakey.policies.command.decoding.trie import KnownAnswers, Trie
 
 
 def test_trie_offers_what_may_follow():

@@ -1,4 +1,4 @@
-"""Greedy decoding, held to the known instructions where that is wanted."""
+"""The known answers as a trie of tokens, and generation held to it."""
 
 from __future__ import annotations
 
@@ -24,6 +24,10 @@ class Trie:
             node = self.root
             for token in sequence:
                 node = node.setdefault(token, {})
+
+    def __bool__(self) -> bool:
+        """Whether any answer is known."""
+        return bool(self.root)
 
     def next_tokens(self, prefix: Sequence[int]) -> list[int]:
         """The tokens that may follow a prefix; none after a complete sequence or outside the trie."""

@@ -1,0 +1,120 @@
+"""Both ways of decoding give the same answers, with likelihoods that are those of the whole model."""
+
+import math
+
+import pytest
+import torch
+
+from lerobot_llakey import schema
+from lerobot_llakey.policies.command.decoding.branches import decode_by_branches
+from lerobot_llakey.policies.command.decoding.choice import GREEDY, Choice
+from lerobot_llakey.policies.command.decoding.decode import decode_answers
+from lerobot_llakey.policies.command.decoding.steps import decode_by_steps
+from lerobot_llakey.policies.command.decoding.trie import Trie
+from lerobot_llakey.policies.command.images import stack_views
+from lerobot_llakey.policies.command.modeling_llakey_command import LlakeyCommandPolicy
+
+
+@pytest.fixture
+def policy(small_config, keysteps) -> LlakeyCommandPolicy:
+    torch.manual_seed(3)
+    policy = LlakeyCommandPolicy(small_config, dataset_meta=keysteps.meta).eval()
+    for parameter in policy.model.lm_head.parameters():  # a fresh model is nearly indifferent
+        parameter.data *= 8
+    return policy
+
+
+@pytest.fixture
+def inputs(policy, batch) -> dict:
+    tasks = [f"pick up {'the very ' * index}red block" for index in range(6)]
+    prompts = policy._prompts(batch | {schema.TASK: tasks})
+    return policy.encoder.prompts(stack_views(batch, policy.config.image_keys), prompts)
+
+
+def answers_by_scores(policy, inputs, texts) -> torch.Tensor:
+    """Likelihood (B, N) of each text under the trie of all texts, from one forward pass a text."""
+    trie = Trie(policy.encoder.answer(text) for text in texts)
+    columns = []
+    for text in texts:
+        ids = policy.encoder.answer(text)
+        count = len(inputs["input_ids"])
+        whole = torch.cat((inputs["input_ids"], torch.tensor([ids] * count)), dim=1)
+        mask = torch.cat((inputs["attention_mask"], torch.ones(count, len(ids), dtype=torch.long)), dim=1)
+        scores = policy.model(input_ids=whole, attention_mask=mask, pixel_values=inputs["pixel_values"]).logits
+        total = torch.zeros(count)
+        for place, token in enumerate(ids):
+            allowed = trie.next_tokens(ids[:place])
+            told = torch.log_softmax(scores[:, place - len(ids) - 1, allowed], dim=1)
+            total += told[:, allowed.index(token)]
+        columns.append(total.exp())
+    return torch.stack(columns, dim=1)
+
+
+@torch.no_grad()
+def test_greedy_answers_and_likelihoods_are_those_of_the_whole_model(policy, inputs):
+    texts = policy.config.instructions
+    expected = answers_by_scores(policy, inputs, texts)
+    torch.testing.assert_close(expected.sum(dim=1), torch.ones(6))
+    answers = decode_answers(policy.model, policy.encoder, inputs, policy._trie, 48)
+    for answer, row in zip(answers, expected, strict=True):
+        assert answer.likelihood == pytest.approx(float(row[texts.index(answer.text)]), rel=1e-3)
+    assert len({answer.text for answer in answers}) > 1 or len({round(a.likelihood, 3) for a in answers}) > 1
+
+
+@torch.no_grad()
+@pytest.mark.parametrize("known", [True, False])
+def test_both_ways_of_decoding_agree(policy, inputs, known):
+    trie = policy._trie if known else None
+    ids = policy.encoder.stop_id, policy.encoder.pad_id
+    fast = decode_by_branches(policy.model, inputs, trie, GREEDY, *ids, 9)
+    slow = decode_by_steps(policy.model, inputs, trie, GREEDY, *ids, 9)
+    for (fast_ids, fast_log), (slow_ids, slow_log) in zip(fast, slow, strict=True):
+        assert policy.encoder.decode(fast_ids) == policy.encoder.decode(slow_ids)
+        assert fast_log == pytest.approx(slow_log, abs=1e-3)
+
+
+@torch.no_grad()
+@pytest.mark.parametrize("way", [decode_by_branches, decode_by_steps])
+def test_draws_come_as_often_as_their_likelihood_says(policy, inputs, way):
+    texts = policy.config.instructions
+    first = {key: value[: 3 if key == "pixel_values" else 1] for key, value in inputs.items()}
+    expected = answers_by_scores(policy, first, texts)[0]
+    assert 0.05 < expected.max() < 0.95
+    many = {key: value.repeat(400, *[1] * (value.ndim - 1)) for key, value in first.items()}
+    torch.manual_seed(0)
+    drawn = way(
+        policy.model, many, policy._trie, Choice(sample=True), policy.encoder.stop_id, policy.encoder.pad_id, 48
+    )
+    said = [policy.encoder.decode(tokens) for tokens, _ in drawn]
+    for index, text in enumerate(texts):
+        assert said.count(text) / 400 == pytest.approx(float(expected[index]), abs=0.08)
+    for text, (_, logarithm) in zip(said, drawn, strict=True):
+        assert math.exp(logarithm) == pytest.approx(float(expected[texts.index(text)]), rel=1e-2)
+
+
+@torch.no_grad()
+def test_a_seed_fixes_the_draws_and_leaves_the_generator_alone(policy, inputs):
+    def drawn(seed: int) -> list[str]:
+        choice = Choice(sample=True, temperature=3.0)
+        answers = decode_answers(policy.model, policy.encoder, inputs, policy._trie, 48, choice, seed)
+        return [answer.text for answer in answers]
+
+    state = torch.random.get_rng_state()
+    assert drawn(1) == drawn(1)
+    assert len({tuple(drawn(seed)) for seed in range(5)}) > 1
+    assert torch.equal(torch.random.get_rng_state(), state)
+
+
+@torch.no_grad()
+def test_images_are_looked_at_once_and_only_branches_are_asked_for(policy, inputs):
+    seen, passes = [], []
+    hooks = [
+        policy.model.model.vision_tower.register_forward_hook(lambda *_: seen.append(1)),
+        policy.model.model.language_model.register_forward_hook(lambda *_: passes.append(1)),
+    ]
+    trie = Trie(policy.encoder.answer(text) for text in ("grasp the red block", "grasp the blue block"))
+    answers = decode_answers(policy.model, policy.encoder, inputs, trie, 48)
+    assert (len(seen), len(passes)) == (1, 2)
+    assert {answer.text for answer in answers} <= {"grasp the red block", "grasp the blue block"}
+    for hook in hooks:
+        hook.remove()
