@@ -73,7 +73,7 @@ class Handler(BaseHTTPRequestHandler):
         with server.lock:
             server.times.append(time.monotonic())
             server.requests.append(request)
-            server.headers.append(dict(self.headers))
+            server.headers.append({name.lower(): value for name, value in self.headers.items()})
             reply = server.script.pop(0) if len(server.script) > 1 else server.script[0]
             server.under_way += 1
             server.most_under_way = max(server.most_under_way, server.under_way)
@@ -199,3 +199,8 @@ def _conversation(prompt: Prompt, colour: str) -> list[dict[str, Any]]:
         {"role": "system", "content": [{"type": "text", "text": prompt.opening}]},
         {"role": "user", "content": [*shown, {"type": "text", "text": prompt.asked}]},
     ]
+
+
+@pytest.fixture
+def reply() -> type[Reply]:
+    return Reply

@@ -1,0 +1,40 @@
+import pytest
+
+from lerobot_llakey.policies.command.chat.answers import first_instruction, is_instruction
+
+
+@pytest.mark.parametrize(
+    "written",
+    [
+        "grasp the red block",
+        "grasp the red block <next goal> release the red block",
+        '"grasp the red block."',
+        '"grasp the red block".',
+        "**grasp the red block**",
+        "\n\n- `grasp the red block`\n- release the red block",
+        "1. grasp the red block\n2. raise the robotic arm",
+        "Answer: grasp the red block",
+        "**Next action:** \u201cgrasp the red block\u201d",
+        "Sure! The next action is:\n\n**grasp the red block**\nGood luck!",
+        "```\ngrasp the red block\n```",
+        "<think>release the red block?\nno</think>\ngrasp the red block",
+    ],
+)
+def test_the_first_basic_action_is_found(written):
+    assert first_instruction(written) == "grasp the red block"
+
+
+@pytest.mark.parametrize(
+    ("written", "left"),
+    [
+        ("I cannot tell.\nSorry.", "I cannot tell"),
+        ("", ""),
+        (" \n<next goal>grasp the red block", ""),
+        ("<think>grasp the red block", ""),
+        ("```", ""),
+        ("open the drawer and then grasp the red block", "open the drawer and then grasp the red block"),
+    ],
+)
+def test_other_words_stay_as_they_are(written, left):
+    assert first_instruction(written) == left
+    assert not is_instruction(left)

@@ -1,0 +1,131 @@
+import logging
+import sys
+import traceback
+
+import pytest
+
+from lerobot_llakey.policies.command.chat.client import ChatClient
+from lerobot_llakey.policies.command.chat.settings import ChatSettings
+
+KEY = "sk-test-0123456789"
+AT_ONCE = {"retry-after-ms": "1"}
+QUESTION = [{"role": "user", "content": "Task: open the drawer"}]
+
+
+@pytest.fixture
+def client(server) -> ChatClient:
+    return ChatClient(server.url, "tiny", ChatSettings(max_attempts=2, timeout_s=5.0), max_tokens=48)
+
+
+def _reached(client: ChatClient) -> ChatClient:
+    """The client after one good answer."""
+    assert client.ask(QUESTION) == "grasp the red block"
+    return client
+
+
+def test_a_request_holds_what_the_settings_say(server, client):
+    client.ask(QUESTION)
+    assert server.requests == [{"model": "tiny", "messages": QUESTION, "max_tokens": 48, "temperature": 0.0}]
+    assert server.headers[0]["authorization"] == f"Bearer {KEY}"
+    settings = ChatSettings(temperature=None, max_tokens_field="max_completion_tokens")
+    ChatClient(server.url, "tiny", settings, max_tokens=9).ask(QUESTION)
+    assert server.requests[1] == {"model": "tiny", "messages": QUESTION, "max_completion_tokens": 9}
+
+
+def test_the_key_is_that_of_the_named_variable_and_none_is_needed(server, monkeypatch):
+    monkeypatch.setenv("OTHER_KEY", "sk-other")
+    ChatClient(server.url, "tiny", ChatSettings(api_key_env="OTHER_KEY"), 48).ask(QUESTION)
+    monkeypatch.delenv("OTHER_KEY")
+    ChatClient(server.url, "tiny", ChatSettings(api_key_env="OTHER_KEY"), 48).ask(QUESTION)
+    assert [headers["authorization"] for headers in server.headers] == ["Bearer sk-other", "Bearer none"]
+
+
+@pytest.mark.parametrize("status", [408, 429, 500, 503])
+def test_what_may_pass_is_tried_again(server, client, reply, status):
+    server.script = [reply(status, "{}", AT_ONCE), reply()]
+    assert client.ask(QUESTION) == "grasp the red block"
+    assert (client.counts.requests, client.counts.retries, client.counts.unanswered) == (1, 1, {})
+
+
+def test_retry_after_is_waited_for(server, client, reply):
+    server.script = [reply(429, "{}", {"Retry-After": "1.2"}), reply()]
+    client.ask(QUESTION)
+    assert server.times[1] - server.times[0] >= 1.2  # without it: half a second at most
+
+
+@pytest.mark.parametrize("status", [429, 500])
+def test_what_does_not_pass_is_counted_and_answered_with_nothing(server, client, reply, caplog, status):
+    server.script = [reply(status, "{}", AT_ONCE)]
+    assert client.ask(QUESTION) == ""
+    assert (len(server.requests), client.counts.retries, client.counts.unanswered) == (2, 1, {f"status {status}": 1})
+    assert f"(status {status}, 2 attempts); 1 of 1 requests unanswered so far" in caplog.text
+
+
+def test_a_server_that_does_not_answer_in_time_is_counted(server, reply):
+    server.script = [reply(hang=True)]
+    client = ChatClient(server.url, "tiny", ChatSettings(max_attempts=2, timeout_s=0.1), 48)
+    assert client.ask(QUESTION) == ""
+    assert (len(server.requests), client.counts.unanswered) == (2, {"time-out": 1})
+
+
+@pytest.mark.parametrize(
+    "body",
+    ["<html>welcome</html>", "", "[]", "{}", '{"choices": []}', '{"choices": [{"message": null}]}', '{"choices": [{}]}']
+    + ['{"choices": [{"message": {"content": 7}}]}'],
+)
+def test_nonsense_is_counted_or_ends_a_run_that_never_had_an_answer(server, client, reply, body):
+    server.script = [reply(body=body)]
+    with pytest.raises(RuntimeError, match=r"got an answer that is no chat completion; start it or correct --policy"):
+        client.ask(QUESTION)
+    server.script = [reply(), reply(body=body)]
+    assert _reached(client).ask(QUESTION) == ""
+    assert client.counts.unanswered == {"nonsense": 1}
+
+
+def test_a_server_that_is_gone_is_counted_and_one_that_never_was_ends_the_run(server):
+    client = _reached(ChatClient(server.url, "tiny", ChatSettings(max_attempts=1), 48))
+    server.shutdown()
+    server.server_close()
+    client._client.close()
+    fresh = ChatClient(server.url, "tiny", ChatSettings(max_attempts=1), 48)
+    with pytest.raises(RuntimeError, match=r"Expected a chat-completions server at http://127.*, got no connection"):
+        fresh.ask(QUESTION)
+    client._client = fresh._client
+    assert client.ask(QUESTION) == ""
+    assert client.counts.unanswered == {"no connection": 1}
+
+
+@pytest.mark.parametrize(
+    ("status", "advice"),
+    [
+        (401, "set the environment variable OPENAI_API_KEY to a valid key"),
+        (403, "set the environment variable OPENAI_API_KEY to a key that may"),
+        (404, "check --policy.base_url and --policy.model=tiny"),
+        (400, "no images with key ***; check the model and the chat settings"),
+    ],
+)
+def test_a_refusal_ends_the_run_in_one_sentence_without_the_key(server, client, reply, caplog, status, advice):
+    caplog.set_level(logging.DEBUG)
+    server.script = [reply(status, f'{{"error": {{"message": "no images with key {KEY}"}}}}')]
+    with pytest.raises(RuntimeError) as caught:
+        client.ask(QUESTION)
+    assert f"got status {status}" in str(caught.value) and advice in str(caught.value)
+    assert str(caught.value).count(". ") == 0 and len(server.requests) == 1
+    shown = "".join(traceback.format_exception(caught.value)) + repr(client) + repr(client.counts)
+    assert KEY not in shown
+    # The client's own debug output holds what the server said, never what it was sent.
+    assert f"Bearer {KEY}" not in caplog.text
+
+
+def test_answers_in_parts_and_empty_ones_are_answers(server, client, reply):
+    parts = '[{"type": "text", "text": "grasp the "}, {"type": "text", "text": "blue block"}]'
+    bodies = [f'{{"choices": [{{"message": {{"content": {content}}}}}]}}' for content in (parts, "null", '"I am lost"')]
+    server.script = [reply(body=body) for body in bodies]
+    assert [client.ask(QUESTION) for _ in bodies] == ["grasp the blue block", "", "I am lost"]
+    assert (client.counts.unparsable, client.counts.unanswered) == (2, {})
+
+
+def test_a_missing_package_is_named(monkeypatch):
+    monkeypatch.setitem(sys.modules, "openai", None)
+    with pytest.raises(RuntimeError, match=r"pip install 'lerobot_policy_llakey\[chat\]'"):
+        ChatClient(None, "tiny", ChatSettings(), 48)
