@@ -10,14 +10,17 @@ from lerobot.optim import AdamWConfig
 
 from lerobot_llakey import schema
 from lerobot_llakey.policies.command.chat.settings import ChatSettings, check_address
+from lerobot_llakey.policies.command.pretrained.settings import PretrainedModelSettings
 from lerobot_llakey.policies.keyframe_config import KeyframePolicyConfig
 from lerobot_llakey.policies.muon import MuonConfig
 
 
 @PreTrainedConfig.register_subclass("llakey_command")
 @dataclass
-class LlakeyCommandConfig(KeyframePolicyConfig):
+class LlakeyCommandConfig(PretrainedModelSettings, KeyframePolicyConfig):
     """Settings of the vision-language model that names the next basic action (section III-C of the paper).
+
+    Those of ``PretrainedModelSettings`` say which model it starts from and what of it is trained.
 
     Attributes:
         views: cameras shown to the model, in this order.
@@ -25,13 +28,10 @@ class LlakeyCommandConfig(KeyframePolicyConfig):
             project; 0 is the paper's prompt.
         history_dropout: probability with which training hides the previous instruction, so that the images are
             read too.
-        model: Hub name or local folder of a pretrained LLaVA-like model; None builds the small one below from scratch.
         backend: "local" runs the model in this process; "chat" asks the model of that name at ``base_url``, a server of
             the OpenAI-compatible chat-completions API, and trains nothing.
         base_url: address of that server, such as http://127.0.0.1:8000/v1; None is OpenAI's own.
         chat: how it is asked.
-        prompt_format: conversation form of a pretrained model, with the slots ``{system}`` and ``{request}``.
-        freeze_vision: keep the vision tower's weights; None freezes it when it is pretrained, as the paper does.
         image_size: pixels a side; other sizes are resized. Pretrained models use their own image processor instead.
         patch_size: pixels a side of one image token.
         convolutional_stem: the patches overlap (a stack of strided convolutions) rather than being cut apart.
@@ -39,7 +39,7 @@ class LlakeyCommandConfig(KeyframePolicyConfig):
         text_width, text_layers, text_heads: the small Llama language model.
         auxiliary_weight: weight of a training aid for the small model, which also regresses where the gripper is and
             where the next keyframe is from the state and the action of each sample. Not in the paper; 0 leaves it out.
-        dtype: precision of the computations: "bfloat16" or "float32"; weights stay float32.
+        dtype: precision of the computations: "bfloat16" or "float32".
         constrain: answer only with instructions known from training.
         max_new_tokens: longest answer.
         shift_pixels: training shifts each image by up to this many pixels each way.
@@ -55,12 +55,9 @@ class LlakeyCommandConfig(KeyframePolicyConfig):
     history: int = 1
     history_dropout: float = 0.3
 
-    model: str | None = None
     backend: str = "local"
     base_url: str | None = None
     chat: ChatSettings = field(default_factory=ChatSettings)
-    prompt_format: str = "{system} USER: {request} ASSISTANT:"
-    freeze_vision: bool | None = None
 
     image_size: int = schema.IMAGE_SIZE
     patch_size: int = 16
@@ -108,6 +105,11 @@ class LlakeyCommandConfig(KeyframePolicyConfig):
             check_address(self.base_url, self.model)
         if self.dtype not in ("bfloat16", "float32"):
             raise ValueError(f"Expected `dtype` bfloat16 or float32, got {self.dtype!r}; choose one of them.")
+        self.check_model_settings()
+        if self.dtype == "float32" and self.weights_dtype != "float32":
+            raise ValueError(
+                f"Expected float32 weights with dtype=float32, got {self.weights_dtype} weights; set dtype=bfloat16."
+            )
         if self.image_size % self.patch_size:
             raise ValueError(
                 f"Expected `image_size` to be a multiple of `patch_size`, got {self.image_size} and {self.patch_size}; "

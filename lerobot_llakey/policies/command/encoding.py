@@ -19,6 +19,8 @@ class Encoder(ABC):
 
     pad_id: int
     stop_id: int
+    answer_type_id: int = 0
+    """Type of an answer's tokens, for models that tell types apart."""
 
     @abstractmethod
     def prompts(self, images: Tensor, prompts: Sequence[Prompt]) -> dict[str, Tensor]:
@@ -53,7 +55,7 @@ class Encoder(ABC):
         real = torch.tensor([[1] * len(row) + [0] * (longest - len(row)) for row in rows], device=device)
         inputs["input_ids"] = torch.cat((inputs["input_ids"], ids), dim=1)
         inputs["attention_mask"] = torch.cat((inputs["attention_mask"], real), dim=1)
-        for key in ("token_type_ids", "mm_token_type_ids"):
+        for key, kind in (("token_type_ids", self.answer_type_id), ("mm_token_type_ids", 0)):
             if key in inputs:
-                inputs[key] = torch.cat((inputs[key], torch.zeros_like(ids)), dim=1)
+                inputs[key] = torch.cat((inputs[key], real * kind), dim=1)
         return inputs, torch.where(real.bool(), ids, IGNORED)

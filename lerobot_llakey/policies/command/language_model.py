@@ -6,10 +6,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import torch
+
 from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
 from lerobot_llakey.policies.command.encoding import Encoder
 from lerobot_llakey.policies.command.pretrained.encoder import ProcessorEncoder
-from lerobot_llakey.policies.command.pretrained.freezing import freeze_vision
+from lerobot_llakey.policies.command.pretrained.freezing import train_parts
 from lerobot_llakey.policies.command.pretrained.loading import build_from_assets, load_pretrained
 from lerobot_llakey.policies.command.prompt import sentences
 from lerobot_llakey.policies.command.small.build import build_small
@@ -46,12 +48,19 @@ def build_language_model(config: LlakeyCommandConfig, assets_dir: str | Path | N
         # Without words the vocabulary of a dataset is unknown; bytes and the grammar still spell everything.
         tokenizer = WordTokenizer(config.words or grammar_words(), sentences(config.views))
         image_tokens = (config.image_size // config.patch_size) ** 2
-        encoder = WordEncoder(tokenizer, config.image_size, image_tokens)
-        built = LanguageModel(build_small(config, tokenizer), encoder)
+        words = WordEncoder(tokenizer, config.image_size, image_tokens)
+        built = LanguageModel(build_small(config, tokenizer), words)
     else:
-        found = load_pretrained(config.model) if assets_dir is None else build_from_assets(Path(assets_dir))
-        model, processor = found
-        built = LanguageModel(model, ProcessorEncoder(processor, config.prompt_format), processor)
-    if config.model is not None if config.freeze_vision is None else config.freeze_vision:
-        freeze_vision(built.model)
+        if assets_dir is None:
+            model, processor = load_pretrained(config.model, config.weights_dtype, config.quantize)
+        else:
+            model, processor = build_from_assets(Path(assets_dir), config.weights_dtype)
+        encoder = ProcessorEncoder(processor, config.prompt_format, config.processor_settings)
+        built = LanguageModel(model, encoder, processor)
+    if not config.quantize:
+        built.model.to(getattr(torch, config.weights_dtype))
+    train_parts(built.model, config.trained_parts)
+    if config.gradient_checkpointing:
+        # The other kind loses the gradients of what is trained before a frozen layer's inputs.
+        built.model.gradient_checkpointing_enable(gradient_checkpointing_kwargs={"use_reentrant": False})
     return built

@@ -12,14 +12,13 @@ from typing import Any
 
 import numpy as np
 import torch
-from huggingface_hub import snapshot_download
-from lerobot.configs import PreTrainedConfig
 from lerobot.policies.pretrained import PreTrainedPolicy
 from torch import Tensor
 from torch.nn import functional
 
 from lerobot_llakey import instructions, schema
 from lerobot_llakey.policies.command.chat.backend import ChatBackend
+from lerobot_llakey.policies.command.checkpoints import CommandCheckpoints
 from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
 from lerobot_llakey.policies.command.decoding.answer import Answer, count_unparsable
 from lerobot_llakey.policies.command.decoding.choice import Choice
@@ -30,7 +29,7 @@ from lerobot_llakey.policies.command.images import augment, stack_views
 from lerobot_llakey.policies.command.language_model import build_language_model
 from lerobot_llakey.policies.command.metrics import answer_metrics
 from lerobot_llakey.policies.command.parameter_groups import parameter_groups
-from lerobot_llakey.policies.command.pretrained.loading import ASSETS, save_assets
+from lerobot_llakey.policies.command.pretrained.adapters import TakesAdapters
 from lerobot_llakey.policies.command.prompt import Prompt
 from lerobot_llakey.policies.command.small.auxiliary import KeyframeHead
 from lerobot_llakey.policies.command.small.tokenizer import grammar_words, known_words
@@ -38,7 +37,7 @@ from lerobot_llakey.policies.command.texts import text_column
 from lerobot_llakey.policies.command.vocabulary import dataset_instructions, dataset_tasks
 
 
-class LlakeyCommandPolicy(PreTrainedPolicy):
+class LlakeyCommandPolicy(CommandCheckpoints, TakesAdapters, PreTrainedPolicy):
     """Looks at the scene and says the next basic action in words.
 
     Args:
@@ -87,7 +86,9 @@ class LlakeyCommandPolicy(PreTrainedPolicy):
             return
         built = build_language_model(config, assets_dir)
         self.model, self.encoder, self._processor = built.model, built.encoder, built.processor
-        if config.model is None and config.auxiliary_weight:
+        if config.model is not None:
+            self.name_or_path = config.model  # an adapter says by it what it was trained on
+        elif config.auxiliary_weight:
             self.auxiliary = KeyframeHead(config.text_width)
         self._trie = Trie(self.encoder.answer(text) for text in config.instructions)
 
@@ -97,32 +98,10 @@ class LlakeyCommandPolicy(PreTrainedPolicy):
         if not self.config.words:
             self.config.words = sorted({*grammar_words(), *known_words([*dataset_tasks(dataset_meta), *found])})
 
-    @classmethod
-    def from_pretrained(cls, pretrained_name_or_path: str | Path, **kwargs: Any) -> LlakeyCommandPolicy:
-        """Load a saved policy; see ``PreTrainedPolicy.from_pretrained``."""
-        folder = Path(pretrained_name_or_path)
-        if not folder.is_dir():
-            patterns = ["*.json", "*.safetensors", f"{ASSETS}/*"]
-            revision = kwargs.get("revision")
-            folder = Path(snapshot_download(str(pretrained_name_or_path), revision=revision, allow_patterns=patterns))
-        if (folder / ASSETS).is_dir():
-            kwargs["assets_dir"] = folder / ASSETS
-        config = kwargs.get("config") or PreTrainedConfig.from_pretrained(folder)
-        if getattr(config, "backend", None) == "chat":
-            return cls(config).eval()  # nothing to load: there are no weights
-        return super().from_pretrained(folder, **kwargs)
-
-    def _save_pretrained(self, save_directory: Path, state_dict: dict[str, Tensor] | None = None) -> None:
-        if self.chat is not None:
-            self.config._save_pretrained(Path(save_directory))
-            return
-        super()._save_pretrained(save_directory, state_dict=state_dict)
-        if self._processor is not None:
-            save_assets(Path(save_directory) / ASSETS, self.model, self._processor)
-
     def get_optim_params(self) -> list[dict[str, Any]]:
         """Parameters in groups: hidden matrices (for Muon), other weights, and what does not decay."""
         self._require_weights()
+        self._require_adapters()
         return parameter_groups(self.named_parameters())
 
     def reset(self) -> None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from lerobot_llakey import instructions
 
@@ -99,6 +100,17 @@ class Prompt:
         """The text after the last image, as one."""
         asked = f"{TASK_BEGIN} {self.task}{TASK_END}"
         return asked if self.previous is None else f"{asked} {PREVIOUS_BEGIN} {self.previous or NO_PREVIOUS}"
+
+    @property
+    def conversation(self) -> list[dict[str, Any]]:
+        """The prompt as the messages of a chat template, images as placeholders in their places."""
+        pieces: list[dict[str, str]] = []
+        for index, description in enumerate(self.descriptions):
+            line = "\n" if index else ""
+            pieces += [{"type": "text", "text": f"{line}{description} "}, {"type": "image"}]
+        pieces.append({"type": "text", "text": f"\n{self.asked}"})
+        system = [{"type": "text", "text": self.opening}]
+        return [{"role": "system", "content": system}, {"role": "user", "content": pieces}]
 
     def text(self, image_token: str, template: str = "{system} USER: {request} ASSISTANT:") -> str:
         """The whole prompt as one text, with ``image_token`` where an image goes.

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import torch
 from torch import Tensor
+from transformers import LlavaProcessor, PaliGemmaProcessor
 
 from lerobot_llakey.policies.command.encoding import Encoder
 from lerobot_llakey.policies.command.prompt import STOP, Prompt
+
+LLAVA_FORM = "{system} USER: {request} ASSISTANT:"
+"""LLaVA-1.5's conversation form (that of Vicuna v1)."""
+PLAIN_FORM = "{system}\n{request}"
 
 
 class ProcessorEncoder(Encoder):
@@ -17,30 +22,58 @@ class ProcessorEncoder(Encoder):
 
     Args:
         processor: a transformers processor of images and text, whose tokenizer knows the stop token.
-        template: the conversation form, with the slots ``{system}`` and ``{request}``.
+        template: the conversation form, with the slots ``{system}`` and ``{request}``; None takes the processor's chat
+            template, or what ``PretrainedModelSettings.prompt_format`` says for processors without a fitting one.
+        settings: given to the processor at every call.
     """
 
-    def __init__(self, processor: Any, template: str) -> None:
+    def __init__(self, processor: Any, template: str | None = None, settings: Mapping[str, Any] | None = None) -> None:
         self.processor = processor
-        self.template = template
+        self.settings = dict(settings or {})
         self.pad_id = processor.tokenizer.pad_token_id
         self.stop_id = processor.tokenizer.convert_tokens_to_ids(STOP)
+        # PaliGemma reads the prompt both ways, and answers, of type 1, from left to right only.
+        self.answer_type_id = int(isinstance(processor, PaliGemmaProcessor))
         self._image_token = getattr(processor, "image_token", "<image>")
+        if template is None and isinstance(processor, LlavaProcessor):
+            template = LLAVA_FORM
+        elif template is None and not getattr(processor, "chat_template", None):
+            template = PLAIN_FORM
+        self.template = template
+        # PaliGemma's processor ends every prompt with a line break.
+        ends_with_space = self.text(Prompt(("front",), ""))[-1:].isspace() or self.answer_type_id == 1
+        self._before_answer = "\n" if ends_with_space else ": "
+
+    def text(self, prompt: Prompt) -> str:
+        """A prompt as the processor takes it, one placeholder an image."""
+        if self.template is not None:
+            return prompt.text(self._image_token, self.template)
+        return self.processor.apply_chat_template(prompt.conversation, add_generation_prompt=True, tokenize=False)
 
     def prompts(self, images: Tensor, prompts: Sequence[Prompt]) -> dict[str, Tensor]:
         pixels = (images * 255).round().to(torch.uint8).cpu()
+        texts = [self.text(prompt) for prompt in prompts]
+        begin = self.processor.tokenizer.bos_token
+        # A template may write the begin token itself; the tokenizer would add another.
+        begins = {"add_special_tokens": False} if begin and all(text.startswith(begin) for text in texts) else {}
         inputs = self.processor(
-            text=[prompt.text(self._image_token, self.template) for prompt in prompts],
+            text=texts,
             images=[list(row) for row in pixels],
             return_tensors="pt",
             padding=True,
             padding_side="left",
+            **begins,
+            **self.settings,
         )
-        return {key: value.to(images.device) for key, value in inputs.items()}
+        return {key: value.to(images.device) for key, value in inputs.items() if key != "labels"}
 
     def answer(self, text: str) -> list[int]:
-        # A leading space keeps the first word in the form that it has in running text.
-        return [*self.processor.tokenizer.encode(f" {text}", add_special_tokens=False), self.stop_id]
+        # Tokenised after what precedes it in a prompt: a first word alone would get another form.
+        encode = self.processor.tokenizer.encode
+        before = encode(self._before_answer.rstrip(" "), add_special_tokens=False)
+        ids = encode(self._before_answer + text, add_special_tokens=False)
+        ids = ids[len(before) :] if ids[: len(before)] == before else encode(text, add_special_tokens=False)
+        return [*ids, self.stop_id]
 
     def decode(self, ids: Iterable[int]) -> str:
         kept: list[int] = []

@@ -1,6 +1,16 @@
 import pytest
+import torch
+from transformers import LlamaConfig, LlamaForCausalLM
 
+from fakes_models import llama_tokenizer, write_tiny
 from lerobot_llakey.policies.command.pretrained.loading import load_pretrained
+
+
+def test_weights_come_in_the_precision_asked_for(tmp_path):
+    folder = str(write_tiny("llava", tmp_path))
+    for dtype in ("float32", "bfloat16"):
+        model, _ = load_pretrained(folder, dtype)
+        assert {value.dtype for value in model.parameters()} == {getattr(torch, dtype)}
 
 
 def test_missing_folder_is_named():
@@ -11,3 +21,29 @@ def test_missing_folder_is_named():
 def test_folder_without_a_model_is_named(tmp_path):
     with pytest.raises(ValueError, match="Expected `model` to name an image-text model"):
         load_pretrained(str(tmp_path))
+
+
+def test_no_network_and_not_on_this_disk(monkeypatch, tmp_path):
+    monkeypatch.setattr("huggingface_hub.constants.HF_HUB_OFFLINE", True)
+    monkeypatch.setattr("transformers.utils.hub.is_offline_mode", lambda: True)
+    with pytest.raises(
+        ValueError, match=r"'nobody/no-model' on this disk or the Hub within reach, got neither"
+    ) as caught:
+        load_pretrained("nobody/no-model")
+    assert "\n" not in str(caught.value)
+
+
+def test_a_model_without_images_is_named(tmp_path):
+    config = LlamaConfig(vocab_size=700, hidden_size=8, intermediate_size=8, num_hidden_layers=1, num_attention_heads=1)
+    LlamaForCausalLM(config).save_pretrained(tmp_path)
+    llama_tokenizer([]).save_pretrained(tmp_path)
+    with pytest.raises(ValueError, match=r"Expected `model` to take images and text, got .*, a llama model"):
+        load_pretrained(str(tmp_path))
+
+
+def test_a_model_whose_processor_is_missing_is_named(tmp_path):
+    folder = write_tiny("llava", tmp_path)
+    for path in folder.glob("*processor*"):
+        path.unlink()
+    with pytest.raises(ValueError, match=r"Expected `model` "):
+        load_pretrained(str(folder))

@@ -1,0 +1,120 @@
+"""What LoRA and its kin change in an image-text model, and loading what they have learned.
+
+LeRobot wraps a policy in adapters by ``--peft.method_type=LORA --peft.r=...``; here stand this policy's defaults.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from torch import nn
+
+from lerobot_llakey.policies.command.pretrained.freezing import part_of
+
+ADAPTER = "adapter_config.json"
+"""File that tells an adapter's folder from a whole checkpoint."""
+
+
+def adapter_targets(model: nn.Module, trained: Sequence[str], stop_id: int, method: str = "LORA") -> dict[str, Any]:
+    """Settings of ``peft`` that follow what is trained without adapters.
+
+    Args:
+        model: an image-text model, named ``model`` within the policy.
+        trained: the parts trained, out of ``PARTS``: language model and vision tower get adapters in all their linear
+            layers, the projector, which is small, is trained whole.
+        stop_id: the stop token, whose row of the output layer is trained too, since it starts from nothing.
+        method: peft's name of the method; LoRA alone can train single rows, others train the output layer whole.
+
+    Raises:
+        ValueError: if no part that gets adapters is trained.
+    """
+    layers: dict[str, set[str]] = {}
+    projectors: set[str] = set()
+    for name, module in model.named_modules():
+        part = part_of(name)
+        if part in trained and part != "projector" and isinstance(module, nn.Linear) and name != "lm_head":
+            layers.setdefault(_stem(name), set()).add(name.rsplit(".", 1)[-1])
+        if part == "projector" and part_of(name.rpartition(".")[0]) != "projector" and name:
+            projectors.add(name.rsplit(".", 1)[-1])
+    patterns = [rf"{re.escape(stem)}\..*\b({'|'.join(sorted(names))})" for stem, names in sorted(layers.items())]
+    if not patterns:
+        raise ValueError(
+            f"Expected the language model or the vision tower to get adapters, got train={list(trained)}; add "
+            "language to `train`, or train the projector without --peft."
+        )
+    whole = sorted(projectors) if "projector" in trained else []
+    targets: dict[str, Any] = {"target_modules": rf"(.*\.)?model\.({'|'.join(patterns)})"}
+    if method.upper() == "LORA":
+        targets["trainable_token_indices"] = {"lm_head": [stop_id]}
+    else:
+        whole = [*whole, "lm_head"]
+    return targets | {"modules_to_save": whole}
+
+
+def _stem(name: str) -> str:
+    """The first two modules of a name: "model.language_model.layers.0.mlp" -> "model.language_model"."""
+    return ".".join(name.split(".")[:2])
+
+
+def adapter_base(folder: Path) -> str:
+    """Name or folder of what an adapter was trained on.
+
+    Raises:
+        ValueError: if the adapter does not say.
+    """
+    base = json.loads((folder / ADAPTER).read_text()).get("base_model_name_or_path")
+    if not base:
+        raise ValueError(f"Expected {folder / ADAPTER} to name what the adapter was trained on, got no name; add it.")
+    return str(base)
+
+
+def merge_adapter(policy: nn.Module, folder: Path) -> Any:
+    """The policy with an adapter's changes written into its weights.
+
+    Args:
+        policy: what the adapter was trained on.
+        folder: of the adapter.
+    """
+    from peft import PeftModel
+
+    return PeftModel.from_pretrained(policy, str(folder)).merge_and_unload()
+
+
+class TakesAdapters:
+    """What LeRobot asks a policy before it wraps it in adapters (``PreTrainedPolicy.wrap_with_peft``)."""
+
+    config: Any
+    model: Any
+    encoder: Any
+
+    def _get_default_peft_targets(self) -> dict[str, Any]:
+        targets = adapter_targets(self.model, self.config.trained_parts, self.encoder.stop_id)
+        # Which method it is, and so how the output layer is trained, is known a step later.
+        return {key: value for key, value in targets.items() if key == "target_modules"}
+
+    def _preprocess_peft_cli_overrides(self, cli_overrides: dict[str, Any], peft_method_type: Any) -> dict[str, Any]:
+        renamed: dict[str, Any] = super()._preprocess_peft_cli_overrides(cli_overrides, peft_method_type)  # type: ignore[misc]
+        method = str(peft_method_type.value)
+        defaults = adapter_targets(self.model, self.config.trained_parts, self.encoder.stop_id, method)
+        given = {key: value for key, value in renamed.items() if value is not None}
+        return defaults | given
+
+    def _validate_peft_config(self, peft_config: Any) -> None:
+        if self.config.model is None:
+            super()._validate_peft_config(peft_config)  # type: ignore[misc]
+
+    def _require_adapters(self) -> None:
+        """Refuse to train weights of 4 bits.
+
+        Raises:
+            ValueError: if the weights are quantised and the policy is not wrapped in adapters.
+        """
+        if self.config.quantize and not self.config.use_peft:
+            raise ValueError(
+                f"Expected adapters to train with quantize={self.config.quantize}, got none; add "
+                "--peft.method_type=LORA --peft.r=16, or set quantize=null."
+            )
