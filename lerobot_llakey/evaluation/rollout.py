@@ -125,13 +125,28 @@ class Agent:
 
     def act(self, env: LlakeySimEnv, observation: Mapping[str, Any]) -> tuple[np.ndarray, str]:
         """Action (9,) for one unbatched observation of the environment, and the basic instruction behind it."""
+        action = self.act_on(self.batch(env.task_description, observation))
+        instructions = getattr(self.policy, "last_instructions", None) or [""]
+        return action, instructions[0]
+
+    def batch(self, task: str, observation: Mapping[str, Any]) -> dict[str, Any]:
+        """What the policy is given for one unbatched observation: a batch of one row.
+
+        Args:
+            task: the skill instruction.
+            observation: of the environment.
+        """
         arrays = {key: _with_batch(value) for key, value in observation.items()}
         batch: dict[str, Any] = preprocess_observation(arrays)
-        batch[schema.TASK] = [env.task_description]
+        batch[schema.TASK] = [task]
+        processed: dict[str, Any] = self.preprocessor(batch)
+        return processed
+
+    def act_on(self, batch: dict[str, Any]) -> np.ndarray:
+        """Action (9,) for a batch of one row."""
         with torch.inference_mode():
-            action = self.postprocessor(self.policy.select_action(self.preprocessor(batch)))
-        instructions = getattr(self.policy, "last_instructions", None) or [""]
-        return action[0].cpu().numpy(), instructions[0]
+            action: np.ndarray = self.postprocessor(self.policy.select_action(batch))[0].cpu().numpy()
+        return action
 
 
 def run_episode(
