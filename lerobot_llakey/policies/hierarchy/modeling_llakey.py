@@ -9,7 +9,6 @@ from typing import Any
 import torch
 from huggingface_hub import snapshot_download
 from lerobot.configs import FeatureType, PolicyFeature, PreTrainedConfig
-from lerobot.policies.pretrained import PreTrainedPolicy
 from lerobot.utils.device_utils import resolve_safetensors_device
 from safetensors.torch import load_model
 from torch import Tensor
@@ -23,11 +22,12 @@ from lerobot_llakey.policies.hierarchy.commanders.commander import Commander
 from lerobot_llakey.policies.hierarchy.configuration_llakey import LlakeyConfig
 from lerobot_llakey.policies.hierarchy.loop import Loop
 from lerobot_llakey.policies.hierarchy.parts import check_keys, load_part, parameter_groups
+from lerobot_llakey.policies.hierarchy.publishing import PublishedPolicy
 from lerobot_llakey.policies.hierarchy.record import Step
 from lerobot_llakey.policies.hierarchy.supervisor import Supervisor
 
 
-class LlakeyPolicy(PreTrainedPolicy):
+class LlakeyPolicy(PublishedPolicy):
     """LLaKey: two policies in a loop, with its memory kept per row of the batch (algorithm 1 of the paper).
 
     A checkpoint is one ``config.json`` with the settings and one ``model.safetensors`` with the weights of both parts.
@@ -125,6 +125,8 @@ class LlakeyPolicy(PreTrainedPolicy):
         policy = super().from_pretrained(folder, config=config, **kwargs)
         config.command_path, config.action_path = paths
         policy._load_parts()
+        if paths == (None, None):
+            policy.evaluated_in = folder
         return policy.to(config.device).eval()
 
     @classmethod
@@ -162,6 +164,8 @@ class LlakeyPolicy(PreTrainedPolicy):
         Returns:
             The loss, and both parts' metrics under ``command_...`` and ``action_...``.
         """
+        if self.training:
+            self.evaluated_in = None  # results of other weights do not count
         losses: list[Tensor] = []
         metrics: dict[str, Any] = {}
         options = {} if reduction == "mean" else {"reduction": reduction}

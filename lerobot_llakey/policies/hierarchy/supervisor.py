@@ -89,7 +89,7 @@ class Supervisor:
         """Look at the state (15,) before a step, and so at what the step before did."""
         before, now = self._state, np.array(state, dtype=np.float64)
         if before is not None:
-            self.moved = (
+            self.moved = bool(
                 distance(before, now) >= self.settings.still_distance
                 or turned(before, now) >= self.settings.still_degrees
                 or abs(before[schema.GRIPPER] - now[schema.GRIPPER]) >= _GRIPPER_STEP

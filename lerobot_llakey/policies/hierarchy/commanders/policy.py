@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import torch
-
 from lerobot_llakey import schema
+from lerobot_llakey.policies.command.decoding.answer import Answer
 from lerobot_llakey.policies.command.modeling_llakey_command import LlakeyCommandPolicy
 from lerobot_llakey.policies.hierarchy.commanders.commander import Commander, Said, take_rows
 
@@ -36,16 +36,16 @@ class PolicyCommander(Commander):
         seeds: Sequence[int] = (),
     ) -> list[Said]:
         part = take_rows(batch, rows) | {schema.PREVIOUS_INSTRUCTION: list(previous)}
-        if not hasattr(self.command, "answer"):
-            return [Said(text, "policy") for text in self.command.next_instructions(part)]
         if not sample:
-            return [Said(answer.text, "policy", answer.likelihood) for answer in self.command.answer(part)]
+            return [_said(answer) for answer in self.command.answer(part)]
         # One row at a time, each from its own seed: what is drawn must not depend on the other rows.
-        said = []
-        for place in range(len(rows)):
-            row = take_rows(part, [place])
-            with torch.random.fork_rng():
-                torch.manual_seed(seeds[place] if seeds else rows[place])
-                answer = self.command.answer(row, sample=True, temperature=self.temperature)[0]
-            said.append(Said(answer.text, "policy", answer.likelihood))
-        return said
+        drawn = []
+        for place, row in enumerate(rows):
+            seed = seeds[place] if seeds else row
+            drawn += self.command.answer(take_rows(part, [place]), True, self.temperature, seed)
+        return [_said(answer) for answer in drawn]
+
+
+def _said(answer: Answer) -> Said:
+    """A backend that does not tell likelihoods gives NaN."""
+    return Said(answer.text, "policy", None if math.isnan(answer.likelihood) else answer.likelihood)

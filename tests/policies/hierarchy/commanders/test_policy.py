@@ -1,9 +1,11 @@
-from types import SimpleNamespace
+import math
 from typing import Any
 
+import numpy as np
 import torch
 
 from lerobot_llakey import schema
+from lerobot_llakey.policies.command.decoding.answer import Answer
 from lerobot_llakey.policies.hierarchy.commanders.commander import Said
 from lerobot_llakey.policies.hierarchy.commanders.policy import PolicyCommander
 
@@ -17,10 +19,11 @@ class Dice:
     def reset(self) -> None:
         self.batches.clear()
 
-    def answer(self, batch, sample: bool = False, temperature: float = 1.0) -> list[SimpleNamespace]:
+    def answer(self, batch, sample: bool = False, temperature: float = 1.0, seed: int | None = None) -> list[Answer]:
         self.batches.append(batch | {"temperature": temperature})
-        values = [torch.rand(()).item() if sample else row[0].item() for row in batch[schema.STATE]]
-        return [SimpleNamespace(text=f"{value:.6f}", likelihood=0.25) for value in values]
+        drawn = np.random.default_rng(seed)
+        values = [drawn.random() if sample else row[0].item() for row in batch[schema.STATE]]
+        return [Answer(f"{value:.6f}", math.nan if value == 0 else 0.25) for value in values]
 
 
 def _batch(rows: int) -> dict[str, Any]:
@@ -33,15 +36,12 @@ def test_asks_for_the_rows_with_what_was_said_before() -> None:
     assert said == [Said("2.000000", "policy", 0.25), Said("1.000000", "policy", 0.25)]
     assert dice.batches[0][schema.PREVIOUS_INSTRUCTION] == ["before", ""]
     assert dice.batches[0][schema.TASK] == ["t", "t"]
+    assert commander.ask(_batch(1), [0], [""])[0].likelihood is None
 
 
-def test_draws_depend_on_the_seed_alone_and_leave_the_generator_as_it_was() -> None:
+def test_draws_depend_on_the_seed_of_their_row_alone() -> None:
     commander = PolicyCommander(dice := Dice(), temperature=0.7)
-    torch.manual_seed(3)
-    expected = torch.rand(1)
-    torch.manual_seed(3)
     together = commander.ask(_batch(3), [0, 1, 2], [""] * 3, sample=True, seeds=[11, 12, 11])
     alone = commander.ask(_batch(1), [0], [""], sample=True, seeds=[12])
-    assert torch.equal(torch.rand(1), expected)
     assert together[0] == together[2] != together[1] == alone[0]
     assert {batch["temperature"] for batch in dice.batches} == {0.7}

@@ -1,0 +1,91 @@
+"""The model card: LeRobot's, with what the policy is and how often it succeeds."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from huggingface_hub import ModelCard
+
+RESULTS_FILE = "results.json"
+"""Name of an evaluation's figures, in the folder of the evaluation or of a checkpoint."""
+
+ABOUT = """This is a LLaKey policy (*Follow My Basic Action Instructions to Your Next Key State*): a command policy, a
+vision-language model, looks at the scene and says the next basic action in words; an action policy, a multi-view
+transformer on the point cloud, turns them into the next keyframe pose. It needs the `lerobot_policy_llakey` package,
+which LeRobot finds by its name."""
+
+_PLACEHOLDER = "_No evaluation results have been provided for this policy yet._"
+
+
+def results_table(results: Mapping[str, Any]) -> str:
+    """The Markdown table of an evaluation's figures.
+
+    Args:
+        results: content of a ``results.json``: with the table itself under ``markdown``, as a table of the paper's
+            experiments has it, or with the episodes under ``episodes``, each with ``task`` and ``success``.
+
+    Raises:
+        ValueError: if it holds neither.
+    """
+    if isinstance(results, Mapping) and isinstance(results.get("markdown"), str):
+        return str(results["markdown"]).strip()
+    episodes = results.get("episodes") if isinstance(results, Mapping) else None
+    if not episodes or not all(isinstance(one, Mapping) and {"task", "success"} <= one.keys() for one in episodes):
+        raise ValueError(
+            "Expected results with a table under 'markdown', or with episodes that have 'task' and 'success' under "
+            "'episodes', got neither; give the results.json of an evaluation."
+        )
+    lines, shares = ["| task | episodes | success |", "|---|---|---|"], []
+    for task in dict.fromkeys(str(one["task"]) for one in episodes):
+        outcomes = [bool(one["success"]) for one in episodes if one["task"] == task]
+        shares.append(sum(outcomes) / len(outcomes))
+        lines.append(f"| `{task}` | {len(outcomes)} | {sum(outcomes)} ({100 * shares[-1]:.0f} %) |")
+    lines.append(f"| average | {len(episodes)} | {100 * sum(shares) / len(shares):.0f} % |")
+    return "\n".join(lines)
+
+
+def read_results(path: str | Path) -> str:
+    """The Markdown table in a ``results.json``, or in the one in a folder.
+
+    Raises:
+        FileNotFoundError: if there is none.
+        ValueError: if it is no evaluation's.
+    """
+    file = Path(path) / RESULTS_FILE if Path(path).is_dir() else Path(path)
+    if not file.is_file():
+        raise FileNotFoundError(f"Expected the results of an evaluation at {file}, got nothing; correct results_path.")
+    try:
+        return results_table(json.loads(file.read_text(encoding="utf-8")))
+    except ValueError as error:
+        raise ValueError(f"{file}: {error}") from error
+
+
+def known_results(path: str | None, folder: Path | None) -> str | None:
+    """The table that a setting names, else that of the ``results.json`` in a folder, else None.
+
+    Raises:
+        FileNotFoundError: if the setting leads nowhere.
+        ValueError: if there is something else.
+    """
+    if path is not None:
+        return read_results(path)
+    return read_results(folder) if folder is not None and (folder / RESULTS_FILE).is_file() else None
+
+
+def fill_card(card: ModelCard, table: str | None) -> ModelCard:
+    """Say in LeRobot's card what the policy is, and put the table where its results belong.
+
+    Args:
+        card: as LeRobot makes it.
+        table: in Markdown; None leaves the results as LeRobot has them.
+    """
+    heading = card.text.find("\n---\n")
+    text = f"{card.text[:heading]}\n{ABOUT}\n{card.text[heading:]}" if heading >= 0 else f"{card.text}\n\n{ABOUT}\n"
+    if table is not None:
+        known = _PLACEHOLDER in text
+        text = text.replace(_PLACEHOLDER, table) if known else f"{text}\n\n## Evaluation\n\n{table}\n"
+    card.text = text
+    return card

@@ -1,0 +1,43 @@
+import json
+from pathlib import Path
+
+import pytest
+from huggingface_hub import ModelCard
+
+from lerobot_llakey.policies.hierarchy.model_card import fill_card, known_results, read_results, results_table
+
+
+def test_counts_successes_by_task() -> None:
+    episodes = [{"task": task, "success": done} for task, done in (("a", True), ("b", True), ("a", False))]
+    table = results_table({"episodes": episodes}).splitlines()
+    assert table[2:] == ["| `a` | 2 | 1 (50 %) |", "| `b` | 1 | 1 (100 %) |", "| average | 3 | 75 % |"]
+
+
+def test_takes_a_finished_table_as_it_is() -> None:
+    assert results_table({"markdown": "| a |\n|---|\n", "episodes": []}) == "| a |\n|---|"
+
+
+@pytest.mark.parametrize("results", [{}, {"episodes": []}, {"episodes": [{"task": "a"}]}, [1]])
+def test_other_figures_are_refused(results, tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="Expected results with a table under 'markdown'"):
+        results_table(results)
+    (tmp_path / "results.json").write_text(json.dumps(results))
+    with pytest.raises(ValueError, match=r"results\.json: Expected results"):
+        read_results(tmp_path)
+
+
+def test_the_setting_comes_before_the_folder(tmp_path: Path) -> None:
+    assert known_results(None, None) is known_results(None, tmp_path) is None
+    (tmp_path / "results.json").write_text(json.dumps({"markdown": "of the folder"}))
+    (tmp_path / "other.json").write_text(json.dumps({"markdown": "of the setting"}))
+    assert known_results(None, tmp_path) == "of the folder"
+    assert known_results(str(tmp_path / "other.json"), tmp_path) == "of the setting"
+    with pytest.raises(FileNotFoundError, match="Expected the results of an evaluation at"):
+        known_results(str(tmp_path / "nowhere.json"), tmp_path)
+
+
+def test_a_card_without_a_place_for_results_gets_one() -> None:
+    card = fill_card(ModelCard("---\nlicense: mit\n---\n# A card"), "| a |")
+    assert card.text.count("## Evaluation\n\n| a |") == 1
+    assert "LLaKey policy" in card.text
+    assert "Evaluation" not in fill_card(ModelCard("---\nlicense: mit\n---\n# A card"), None).text
