@@ -58,6 +58,7 @@ class Look:
         stages: what each stage saw.
         predicted: (9,) the action decided on.
         true: (9,) the recorded one.
+        said: what a hierarchical policy's command part would have said; "" without one.
     """
 
     task: str
@@ -68,6 +69,7 @@ class Look:
     stages: list[StageLook]
     predicted: Tensor
     true: Tensor
+    said: str = ""
 
     def errors(self) -> dict[str, float]:
         """Position error in ``centimetres``, rotation error in ``degrees``; ``gripper`` and ``collision``: 1 if right.
@@ -93,7 +95,8 @@ def look(
     """Let an action policy decide on a recorded frame, and keep what its stages saw.
 
     Args:
-        policy: an action policy, or a hierarchical one, whose action part is looked into.
+        policy: an action policy, or a hierarchical one, whose action part is looked into as it acts on the recorded
+            instruction; its command part is asked what it would have said.
         dataset: keysteps or demonstrations in the data contract.
         index: of the frame.
         preprocessor: the policy's, where it has one.
@@ -115,13 +118,14 @@ def look(
     words = {key: str(batch[key][0]) if key in batch else "" for key in (schema.TASK, schema.INSTRUCTION)}
     true = batch[schema.ACTION][0].float().cpu()
     batch = preprocessor(batch) if preprocessor else batch
-    config = action_policy.config
+    config, command = action_policy.config, getattr(policy, "command", None)
     with torch.no_grad(), _watched(action_policy) as stages:
         predicted = action_policy.select_action(batch)[0].float().cpu()
+        said = command.next_instructions(batch)[0] if command is not None else ""
         cloud = fuse_views(batch, config.cameras, action_policy.workspace)
     images = {name: batch[schema.image_key(name)][0].float().permute(1, 2, 0).cpu() for name in config.cameras}
     task, instruction = words.values()
-    return Look(task, instruction, images, cloud.points.cpu(), cloud.colours.cpu(), stages, predicted, true)
+    return Look(task, instruction, images, cloud.points.cpu(), cloud.colours.cpu(), stages, predicted, true, said)
 
 
 @contextmanager

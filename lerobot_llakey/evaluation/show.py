@@ -41,9 +41,11 @@ def report(look: Look) -> list[str]:
     gripper = ["closed", "open"]
     predicted, true = (gripper[int(action[schema.GRIPPER] > 0.5)] for action in (look.predicted, look.true))
     flag = "right" if errors["collision"] else "wrong"
+    said = [f"command policy: {look.said}"] if look.said else []
     return [
         f"task: {look.task}",
         f"instruction: {look.instruction or '(none)'}",
+        *said,
         f"off by {errors['centimetres']:.1f} cm and {errors['degrees']:.1f} degrees; "
         f"gripper {'right' if errors['gripper'] else 'wrong'} ({predicted}, recorded {true}); collision flag {flag}",
     ]

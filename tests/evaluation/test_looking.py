@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 import torch
 from lerobot.datasets.lerobot_dataset import LeRobotDataset
+from lerobot.policies.factory import make_policy
 from lerobot.utils.collate import lerobot_collate_fn
 
 from fakes import fake_keysteps
@@ -12,6 +13,8 @@ from fakes_action import small_config
 from lerobot_llakey import schema
 from lerobot_llakey.evaluation.looking import Look, look
 from lerobot_llakey.policies.action.modeling_llakey_action import LlakeyActionPolicy
+from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
+from lerobot_llakey.policies.hierarchy.configuration_llakey import LlakeyConfig
 
 
 @pytest.fixture(scope="module")
@@ -57,6 +60,18 @@ def test_the_action_part_of_a_hierarchical_policy_is_looked_into(dataset: LeRobo
     whole = torch.nn.Module()
     whole.action = policy(1)
     assert torch.equal(look(whole, dataset, 0).predicted, look(whole.action, dataset, 0).predicted)
+
+
+def test_the_command_part_is_asked_what_it_would_say(dataset: LeRobotDataset) -> None:
+    sizes = {"image_size": 32, "patch_size": 16, "vision_width": 16, "vision_layers": 1, "vision_heads": 2}
+    words = {"text_width": 32, "text_layers": 1, "text_heads": 2, "dtype": "float32", "device": "cpu"}
+    config = LlakeyConfig(
+        command=LlakeyCommandConfig(**sizes, **words), action=small_config(stages=1), device="cpu", push_to_hub=False
+    )
+    whole = make_policy(config, ds_meta=dataset.meta).eval()
+    seen = look(whole, dataset, 0)
+    assert seen.said == whole.command.next_instructions(lerobot_collate_fn([dataset[0]]))[0]
+    assert look(whole.action, dataset, 0).said == ""
 
 
 def test_errors_are_told_in_centimetres_and_degrees() -> None:

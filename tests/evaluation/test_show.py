@@ -1,5 +1,7 @@
 """The page shows cameras, stages and poses, and says how far off the decision is."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -47,6 +49,12 @@ def test_the_words_tell_the_errors() -> None:
     assert "open the drawer" in task and "grasp the handle" in instruction
     assert "10.0 cm" in errors and "0.0 degrees" in errors
     assert "gripper right (open, recorded open)" in errors
+
+
+def test_what_the_command_policy_says_has_a_line_of_its_own() -> None:
+    look = replace(a_look(), said="close the gripper")
+    assert report(look)[2] == "command policy: close the gripper"
+    assert page(look).shape[0] == page(a_look()).shape[0] + 28
 
 
 def test_heat_covers_the_image_where_it_is_hot() -> None:
