@@ -6,15 +6,17 @@ llakey abilities --policy_path=checkpoints/llakey_small --repo_id=local/llakey_k
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from lerobot.configs import parser
 from lerobot.datasets.lerobot_dataset import LeRobotDataset
 
 from lerobot_llakey.cli.errors import one_sentence
 from lerobot_llakey.cli.output import write_results
-from lerobot_llakey.evaluation.abilities import ALL_TASKS, abilities
+from lerobot_llakey.evaluation.abilities.measure import Measured, measure
+from lerobot_llakey.evaluation.abilities.plots import plot_abilities, plot_verbs
+from lerobot_llakey.evaluation.abilities.report import markdown, write_tables
 from lerobot_llakey.evaluation.rollout import Agent
-from lerobot_llakey.evaluation.tables import markdown_table
 
 
 @dataclass
@@ -23,39 +25,64 @@ class AbilitiesConfig:
 
     Attributes:
         policy_path: folder or Hub name of an llakey_command or llakey checkpoint.
-        repo_id: name of a keysteps dataset that the policy was not trained on.
+        repo_id: name of a keysteps or demonstrations dataset that the policy was not trained on.
         root: its folder; LeRobot's home folder by default.
+        constrain: whether answers are held to the instructions known from training; as the checkpoint says by default.
         max_samples: spread evenly over the dataset; all where None.
         batch_size: samples decided on at once.
-        output_dir: where results.json goes; only the table is printed without it.
+        num_workers: processes that load the data.
+        output_dir: where results.json, abilities.md, abilities.png, verbs.png, verbs.csv and confusions.csv go; only
+            the tables are printed without it.
     """
 
     policy_path: str
     repo_id: str
     root: Path | None = None
+    constrain: bool | None = None
     max_samples: int | None = None
     batch_size: int = 32
+    num_workers: int = 0
     output_dir: Path | None = None
+
+
+def command_policy(policy: Any, path: str) -> Any:
+    """The part of a policy that names instructions.
+
+    Raises:
+        ValueError: if it has none.
+    """
+    command = getattr(policy, "command", policy)
+    if not hasattr(command, "next_instructions") or getattr(command.config, "target", "instruction") != "instruction":
+        raise ValueError(
+            f"Expected a policy that names instructions, got {policy.config.type!r} in {path}, which only acts; give "
+            "an llakey_command or llakey checkpoint, or measure this one with `llakey keyframe-accuracy`."
+        )
+    return command
 
 
 @parser.wrap()
 def run(config: AbilitiesConfig) -> None:
-    """Measure, print the table and the commonest mistakes, write the results."""
-    dataset = LeRobotDataset(config.repo_id, root=config.root)
+    """Measure, print the tables, write the results."""
     agent = Agent.load(config.policy_path)
-    policy = getattr(agent.policy, "command", agent.policy)
-    figures = abilities(policy, agent.preprocessor, dataset, config.batch_size, config.max_samples)
-    totals = {ability: by_task[ALL_TASKS] for ability, by_task in figures.items() if ALL_TASKS in by_task}
-    rows = [
-        [ability.replace("_", " "), str(total["samples"])]
-        + [f"{100 * total[name]:.1f} %" for name in ("exact", "verb", "objects")]
-        for ability, total in totals.items()
-    ]
-    print(markdown_table(["ability", "samples", "exact", "verb", "objects"], rows))
-    for total in totals.values():
-        for mistake in total["confusions"]:
-            print(f"{mistake['count']:4d} x  {mistake['answer']!r} for {mistake['expected']!r}")
-    write_results(config.output_dir, figures)
+    policy = command_policy(agent.policy, config.policy_path)
+    if config.constrain is not None:
+        policy.config.constrain = config.constrain
+    dataset = LeRobotDataset(config.repo_id, root=config.root)
+    measured = measure(policy, agent.preprocessor, dataset, config.batch_size, config.max_samples, config.num_workers)
+    print(markdown(measured))
+    if config.output_dir is not None:
+        write_all(measured, config.output_dir)
+
+
+def write_all(measured: Measured, folder: Path) -> None:
+    """Write figures, tables and plots into a folder, and say where."""
+    folder.mkdir(parents=True, exist_ok=True)
+    written = write_tables(measured, folder)
+    for name, plot in (("abilities.png", plot_abilities), ("verbs.png", plot_verbs)):
+        plot(measured, folder / name)
+        written.append(folder / name)
+    write_results(folder, measured.summary())
+    print("\n".join(f"{path.stem}: {path}" for path in written))
 
 
 def main() -> None:
