@@ -1,4 +1,4 @@
-"""Makes one checkpoint out of a trained command policy and a trained action policy."""
+"""Makes one checkpoint out of a trained command policy and a trained action policy, and two out of one again."""
 
 from __future__ import annotations
 
@@ -10,6 +10,8 @@ from huggingface_hub.constants import SAFETENSORS_SINGLE_FILE
 from safetensors import safe_open
 from safetensors.torch import save_file
 
+from lerobot_llakey.policies.action.processor_llakey_action import make_llakey_action_pre_post_processors
+from lerobot_llakey.policies.command.processor_llakey_command import make_llakey_command_pre_post_processors
 from lerobot_llakey.policies.hierarchy.configuration_llakey import LlakeyConfig
 from lerobot_llakey.policies.hierarchy.modeling_llakey import LlakeyPolicy
 from lerobot_llakey.policies.hierarchy.processor_llakey import make_llakey_pre_post_processors
@@ -38,6 +40,47 @@ def compose(
     policy = LlakeyPolicy(config).eval()
     save(policy, output_dir, half)
     return policy
+
+
+def split(policy_path: str | Path, output_dir: str | Path, half: bool = False) -> tuple[Path, Path]:
+    """The way back: save the two parts of a checkpoint, each as a checkpoint of its own.
+
+    Composed again they give the same weights to the last bit, and so do parts that were composed and split.
+
+    Args:
+        policy_path: Hub name or folder of a ``llakey`` checkpoint.
+        output_dir: folder to write ``command`` and ``action`` into.
+        half: store weights in float16.
+
+    Returns:
+        The two folders.
+
+    Raises:
+        FileNotFoundError: if the path holds no checkpoint.
+        ValueError: if it is of another kind, or has no command policy.
+    """
+    # Without the check, a folder that is not there would be looked for on the Hub.
+    if not Path(policy_path).exists() and str(policy_path).count("/") != 1:
+        raise FileNotFoundError(f"Expected a checkpoint folder or a Hub name, got {policy_path}; correct policy_path.")
+    policy = LlakeyPolicy.from_pretrained(policy_path)
+    if policy.command is None:
+        raise ValueError(
+            f"Expected a checkpoint with a command policy at {policy_path}, got one whose commander is "
+            f"{policy.config.commander!r}; it holds an action policy alone."
+        )
+    folders = Path(output_dir) / "command", Path(output_dir) / "action"
+    policy.command.save_pretrained(folders[0])
+    policy.action.save_pretrained(folders[1])
+    processors = (
+        make_llakey_command_pre_post_processors(policy.command.config),
+        make_llakey_action_pre_post_processors(policy.action.config),
+    )
+    for folder, pipelines in zip(folders, processors, strict=True):
+        if half:
+            _halve(folder / SAFETENSORS_SINGLE_FILE)
+        for pipeline in pipelines:
+            pipeline.save_pretrained(folder)
+    return folders
 
 
 def save(policy: LlakeyPolicy, output_dir: str | Path, half: bool = False) -> None:

@@ -1,11 +1,14 @@
+import json
 from pathlib import Path
 
+import pytest
 import torch
 from lerobot.configs import PreTrainedConfig
 from lerobot.policies.factory import make_policy, make_pre_post_processors
+from safetensors.torch import load_file
 
 from lerobot_llakey import schema
-from lerobot_llakey.policies.hierarchy.compose import compose
+from lerobot_llakey.policies.hierarchy.compose import compose, split
 from lerobot_llakey.policies.hierarchy.modeling_llakey import LlakeyPolicy
 
 
@@ -40,3 +43,51 @@ def test_half_precision_halves_the_file_and_barely_changes_the_actions(make_tiny
     assert sizes[1] < 0.6 * sizes[0]
     for name, value in actions[0].items():
         assert torch.allclose(value.float(), actions[1][name].float(), atol=1e-3), name
+
+
+def _weights(folder: Path) -> dict[str, torch.Tensor]:
+    return load_file(folder / "model.safetensors")
+
+
+def _same(first: Path, second: Path) -> bool:
+    weights, others = _weights(first), _weights(second)
+    return weights.keys() == others.keys() and all(torch.equal(weights[key], others[key]) for key in weights)
+
+
+def _settings(folder: Path) -> dict:
+    return json.loads((folder / "config.json").read_text())
+
+
+def test_parts_come_back_from_a_composition_to_the_last_bit(make_tiny, observation, tmp_path: Path) -> None:
+    trained = make_tiny()
+    for name in ("command", "action"):
+        getattr(trained, name).save_pretrained(tmp_path / name)
+    compose(tmp_path / "command", tmp_path / "action", tmp_path / "both", device="cpu")
+    folders = split(tmp_path / "both", tmp_path / "parts")
+    assert folders == (tmp_path / "parts/command", tmp_path / "parts/action")
+    for folder in folders:
+        assert _same(folder, tmp_path / folder.name)
+        assert _settings(folder) == _settings(tmp_path / folder.name)
+        config = PreTrainedConfig.from_pretrained(folder)
+        preprocessor, _ = make_pre_post_processors(config, pretrained_path=str(folder))
+        assert torch.equal(preprocessor(dict(observation))[schema.STATE], observation[schema.STATE])
+
+
+@pytest.mark.parametrize("half", [False, True])
+def test_a_composition_comes_back_from_its_parts_to_the_last_bit(half: bool, make_tiny, tmp_path: Path) -> None:
+    trained = make_tiny()
+    for name in ("command", "action"):
+        getattr(trained, name).save_pretrained(tmp_path / name)
+    compose(tmp_path / "command", tmp_path / "action", tmp_path / "both", half=half, device="cpu")
+    folders = split(tmp_path / "both", tmp_path / "parts", half=half)
+    compose(*folders, tmp_path / "again", half=half, device="cpu")
+    assert _same(tmp_path / "both", tmp_path / "again")
+    assert _settings(tmp_path / "both") == _settings(tmp_path / "again")
+
+
+def test_what_cannot_be_split_is_refused(make_tiny, tmp_path: Path) -> None:
+    make_tiny(commander="task").save_pretrained(tmp_path / "alone")
+    with pytest.raises(ValueError, match=r"a checkpoint with a command policy at .* commander is 'task'"):
+        split(tmp_path / "alone", tmp_path / "parts")
+    with pytest.raises(FileNotFoundError, match="Expected a checkpoint folder"):
+        split(tmp_path / "nowhere", tmp_path / "parts")
