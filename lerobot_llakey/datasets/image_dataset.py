@@ -23,7 +23,7 @@ from lerobot.datasets.feature_utils import get_hf_features_from_features, valida
 from lerobot_llakey import schema
 
 PNG_LEVEL = 6
-"""Of zlib: against level 1 colour is a quarter smaller, decodes a sixth faster and costs a millisecond more to encode."""
+"""Of zlib: against level 1, colour is a quarter smaller, decodes a sixth faster and takes a millisecond to encode."""
 _STATISTICS_STRIDE = 8
 """Statistics look at every eighth pixel in both directions of an episode's pictures."""
 _FILE_MEGABYTES = 100
