@@ -2,6 +2,7 @@
 
 llakey bench --part=collect --num_episodes=10
 llakey bench --part=render --steps=200
+llakey bench --part=loader    # is loading faster than training?
 llakey bench --part=action --output_dir=outputs/bench
 """
 
@@ -25,7 +26,7 @@ class BenchConfig:
         part: collect, loader, render, action or command.
         num_episodes: episodes of each task to collect: of all nine, timed, for collect, of three to read otherwise.
         batch_size: samples of a training step.
-        steps: repetitions of which the median is taken.
+        steps: repetitions of which the median is taken; for loader, batches.
         device: PyTorch's device; the best one found by default.
         output_dir: where results.json goes; only the table is printed without it.
     """
