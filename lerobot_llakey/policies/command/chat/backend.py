@@ -13,6 +13,7 @@ from lerobot_llakey.policies.command.chat.client import ChatClient
 from lerobot_llakey.policies.command.chat.counts import ChatCounts
 from lerobot_llakey.policies.command.chat.examples import draw_examples
 from lerobot_llakey.policies.command.chat.messages import Message, question, solved, system_message
+from lerobot_llakey.policies.command.chat.settings import check_address
 from lerobot_llakey.policies.command.prompt import Prompt, answer_forms, answer_list
 
 if TYPE_CHECKING:
@@ -26,11 +27,13 @@ class ChatBackend:
         config: of the policy; ``instructions`` are the known answers.
 
     Raises:
-        ValueError: if known instructions are to be listed and none are known.
+        ValueError: if no model is named, the address holds a secret, or known instructions are to be listed and none
+            are known.
         RuntimeError: if the ``openai`` package is not installed.
     """
 
     def __init__(self, config: LlakeyCommandConfig) -> None:
+        check_address(config.base_url, config.model)
         self.settings = config.chat
         self._views, self._history = tuple(config.views), bool(config.history)
         self._guidance = _guidance(config)

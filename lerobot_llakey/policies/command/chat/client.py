@@ -69,6 +69,9 @@ class ChatClient:
         if settings.temperature is not None:
             self._options["temperature"] = settings.temperature
         self._reached = False
+        for name in ("httpx", "httpx2"):  # a line for each request would drown the run's own lines
+            if logging.getLogger(name).level == logging.NOTSET:
+                logging.getLogger(name).setLevel(logging.WARNING)
 
     @property
     def address(self) -> str:
@@ -107,7 +110,12 @@ class ChatClient:
             return self._unanswered("nonsense", None)
         self._reached = True
         instruction = first_instruction(text)
-        self.counts.answered(answer.retries_taken, is_instruction(instruction))
+        unparsable = self.counts.answered(answer.retries_taken, is_instruction(instruction))
+        if unparsable.bit_count() == 1:  # at the first, second, fourth, eighth...
+            log.warning(
+                "%s answered %r, which is no basic action: %d of %d answers so far.",
+                *(self.model, text[:80], unparsable, self.counts.answers),
+            )
         return instruction
 
     def _unanswered(self, reason: str, error: Any) -> str:

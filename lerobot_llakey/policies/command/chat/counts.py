@@ -13,12 +13,14 @@ class ChatCounts:
 
     Attributes:
         requests: questions asked.
+        answers: answers had.
         retries: further attempts at them.
         unparsable: answers that are not in the grammar of basic actions.
         unanswered: questions without a usable answer after all attempts, by reason.
     """
 
     requests: int = 0
+    answers: int = 0
     retries: int = 0
     unparsable: int = 0
     unanswered: Counter[str] = field(default_factory=Counter)
@@ -29,11 +31,17 @@ class ChatCounts:
         with self._lock:
             self.requests += 1
 
-    def answered(self, retries: int, parsable: bool) -> None:
-        """Count one answer and the further attempts that it took."""
+    def answered(self, retries: int, parsable: bool) -> int:
+        """Count one answer and the further attempts that it took.
+
+        Returns:
+            How many unparsable ones there are now if it is one, else 0.
+        """
         with self._lock:
+            self.answers += 1
             self.retries += retries
             self.unparsable += not parsable
+            return 0 if parsable else self.unparsable
 
     def failed(self, reason: str, retries: int) -> str:
         """Count one question without an answer.

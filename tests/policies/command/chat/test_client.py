@@ -125,6 +125,15 @@ def test_answers_in_parts_and_empty_ones_are_answers(server, client, reply):
     assert (client.counts.unparsable, client.counts.unanswered) == (2, {})
 
 
+def test_answers_outside_the_grammar_are_warned_about_ever_more_rarely(server, client, reply, caplog):
+    server.script = [reply(body='{"choices": [{"message": {"content": "I am lost"}}]}')]
+    for _ in range(9):
+        client.ask(QUESTION)
+    warnings = [record.getMessage() for record in caplog.records if record.levelno == logging.WARNING]
+    counts = [f"tiny answered 'I am lost', which is no basic action: {n} of {n} answers so far." for n in (1, 2, 4, 8)]
+    assert warnings == counts
+
+
 def test_a_missing_package_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "openai", None)
     with pytest.raises(RuntimeError, match=r"pip install 'lerobot_policy_llakey\[chat\]'"):

@@ -15,7 +15,7 @@ def test_threads_count_together():
 
     with ThreadPoolExecutor(8) as pool:
         list(pool.map(one, range(600)))
-    assert counts == ChatCounts(600, 800, 200, {"time-out": 100, "nonsense": 100})
+    assert counts == ChatCounts(600, 400, 800, 200, {"time-out": 100, "nonsense": 100})
 
 
 def test_the_sum_of_failures_is_told():

@@ -1,6 +1,7 @@
 """The chat backend as a LeRobot policy: alone, saved and loaded, and in command of an action policy."""
 
 import json
+from pathlib import Path
 
 import pytest
 import torch
@@ -43,6 +44,17 @@ def test_it_has_no_weights_and_saves_and_loads_as_settings_alone(server, policy,
     again = make_policy(config, ds_meta=keysteps.meta)
     preprocessor, _ = make_pre_post_processors(again.config, pretrained_path=str(tmp_path))
     assert again.next_instructions(preprocessor(dict(batch))) == ["grasp the red block"] * 6
+
+
+def test_the_folder_in_configs_is_a_chat_policy_to_fill_in(server, batch):
+    folder = Path(__file__).parents[4] / "configs/command_chat"
+    with pytest.raises(ValueError, match=r"give for example --policy\.model"):
+        LlakeyCommandPolicy.from_pretrained(folder)
+    flags = ["--model=tiny", f"--base_url={server.url}"]
+    config = PreTrainedConfig.from_pretrained(folder, cli_overrides=flags)
+    policy = LlakeyCommandPolicy.from_pretrained(folder, config=config)
+    preprocessor, _ = make_pre_post_processors(config, pretrained_path=str(folder))
+    assert policy.next_instructions(preprocessor(dict(batch))) == ["grasp the red block"] * 6
 
 
 def test_the_key_is_nowhere_in_the_policy(policy, tmp_path):
