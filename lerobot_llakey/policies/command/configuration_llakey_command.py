@@ -9,7 +9,7 @@ from lerobot.configs import FeatureType, NormalizationMode, PolicyFeature, PreTr
 from lerobot.optim import AdamWConfig
 
 from lerobot_llakey import schema
-from lerobot_llakey.policies.command.chat.settings import ChatSettings, check_address
+from lerobot_llakey.policies.command.chat.settings import ChatSettings
 from lerobot_llakey.policies.command.pretrained.settings import PretrainedModelSettings
 from lerobot_llakey.policies.keyframe_config import KeyframePolicyConfig
 from lerobot_llakey.policies.muon import MuonConfig
@@ -101,8 +101,6 @@ class LlakeyCommandConfig(PretrainedModelSettings, KeyframePolicyConfig):
             raise ValueError(f"Expected `history` to be 0 or 1, got {self.history}; only one instruction is kept.")
         if self.backend not in ("local", "chat"):
             raise ValueError(f"Expected `backend` local or chat, got {self.backend!r}; choose one of them.")
-        if self.backend == "chat":
-            check_address(self.base_url, self.model)
         if self.dtype not in ("bfloat16", "float32"):
             raise ValueError(f"Expected `dtype` bfloat16 or float32, got {self.dtype!r}; choose one of them.")
         self.check_model_settings()
