@@ -40,5 +40,5 @@ class KeyframeHead(nn.Module):
             for part in (row[:, schema.POSITION] / UNIT_METRES, row[:, schema.GRIPPER, None])
         ]
         target = torch.cat(numbers, dim=1).float()
-        guess = self.linear(hidden).float()
+        guess = self.linear(hidden.to(self.linear.weight.dtype)).float()
         return functional.smooth_l1_loss(guess, target, beta=0.1, reduction="none").mean(dim=1)
