@@ -100,7 +100,7 @@ def _statistics(plan: Plan) -> str:
         return "Given is the mean of the repeats in percent ± their standard deviation."
     return (
         "Given is the mean of the repeats in percent, the best and the worst left out, ± the standard deviation of "
-        "those that are left."
+        "those that are left. The average is that of the columns, its spread that of the repeats' averages."
     )
 
 

@@ -34,13 +34,14 @@ def plot_table(path: Path, plan: Plan, rows: Sequence[Row], summary: Mapping[str
         places = [column + (index + 0.5) * width - _GROUP / 2 for column in range(len(columns))]
         heights = [100 * cell["success"] for cell in figures]
         spreads = [100 * cell["spread"] for cell in figures]
-        _bars(axes, places, heights, [spreads, spreads], width, index, row)
+        _bars(axes, places, heights, _within(heights, spreads), width, index, row)
         for place, task in zip(places, plan.tasks, strict=False):
             if task in papers[row]:
                 label = None if marked else f"the paper's, from {paper.SIMULATOR}"
                 axes.plot([place], [papers[row][task]], "D", color="white", markeredgecolor="black", label=label)
                 marked = True
     _finish(axes, columns, "success in %")
+    _legend(figure)
     _save(figure, path)
 
 
@@ -65,10 +66,8 @@ def plot_blame(path: Path, plan: Plan, summary: Mapping[str, Any]) -> bool:
             )
             bottoms = [bottom + share for bottom, share in zip(bottoms, shares, strict=True)]
         axes.set_title(row, fontsize=_FONT + 1)
-        _finish(axes, plan.tasks, "episodes in %", legend=False)
-    figure.legend(
-        *figure.axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=_FONT, frameon=False
-    )
+        _finish(axes, plan.tasks, "episodes in %")
+    _legend(figure, columns=3)
     _save(figure, path)
     return True
 
@@ -89,6 +88,7 @@ def plot_rollback(path: Path, summary: Mapping[str, Any]) -> None:
         for place, cell in zip(places, figures, strict=True):
             axes.annotate(str(cell["struck"]), (place, 1), ha="center", va="bottom", fontsize=_FONT - 3, color="white")
     _finish(axes, events, "solved all the same, in %")
+    _legend(figure)
     _save(figure, path)
 
 
@@ -119,7 +119,7 @@ def _bars(
     axes.errorbar(places, heights, errors, fmt="none", ecolor="black", elinewidth=1.4, capsize=3)
 
 
-def _finish(axes: Axes, columns: Sequence[str], unit: str, legend: bool = True) -> None:
+def _finish(axes: Axes, columns: Sequence[str], unit: str) -> None:
     axes.set_xticks(range(len(columns)), [_broken(name) for name in columns], fontsize=_FONT)
     axes.set_xlim(-0.6, len(columns) - 0.4)
     axes.set_ylim(0, 108)
@@ -129,8 +129,17 @@ def _finish(axes: Axes, columns: Sequence[str], unit: str, legend: bool = True) 
     axes.grid(axis="y", color="#d0d0d0", linewidth=0.8)
     axes.set_axisbelow(True)
     axes.spines[["top", "right"]].set_visible(False)
-    if legend:
-        axes.legend(loc="upper left", bbox_to_anchor=(0, -0.16), ncols=2, fontsize=_FONT - 1, frameon=False)
+
+
+def _legend(figure: Figure, columns: int = 2) -> None:
+    handles, labels = figure.axes[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=columns, fontsize=_FONT - 1, frameon=False)
+
+
+def _within(heights: Sequence[float], spreads: Sequence[float]) -> list[list[float]]:
+    """Lengths of error bars below and above, no further than a share can go."""
+    pairs = list(zip(heights, spreads, strict=True))
+    return [[min(spread, height) for height, spread in pairs], [min(spread, 100 - height) for height, spread in pairs]]
 
 
 def _broken(name: str) -> str:

@@ -16,7 +16,7 @@ from lerobot_llakey.evaluation.protocol.loading import load_row
 from lerobot_llakey.evaluation.protocol.plan import Plan, Trial
 from lerobot_llakey.evaluation.protocol.records import Record
 from lerobot_llakey.evaluation.protocol.rows import Row
-from lerobot_llakey.evaluation.rollout import Actor, Agent, run_episode
+from lerobot_llakey.evaluation.rollout import Actor, run_episode
 from lerobot_llakey.sim.env import LlakeySimEnv
 
 
@@ -122,7 +122,6 @@ def _seed(actor: Actor, seed: int) -> None:
 
 
 def _has_levels(actor: Actor) -> bool:
-    """Whether someone says instructions to someone who acts."""
-    if not isinstance(actor, Agent):
-        return False
-    return getattr(getattr(actor.policy, "config", None), "commander", "task") != "task"
+    """Whether someone says instructions to someone who acts; LeRobot's policies say none."""
+    config = getattr(getattr(actor, "policy", None), "config", None)
+    return getattr(config, "commander", "task") != "task"
