@@ -31,7 +31,7 @@ FRAMES = ("view", "hand", "base")
 class LlakeyActionConfig(KeyframePolicyConfig):
     """An RVT-like keyframe policy (LLaKey section III-D; RVT; RVT-2 for the zoomed second stage).
 
-    ``configs/`` holds the settings of RVT and RVT-2 as published; the defaults are those of our own small design.
+    ``configs/`` holds the settings of RVT and RVT-2 as published; the defaults are those of the small policy that ships.
 
     Attributes:
         design: the network: "small", "rvt" or "rvt2", see :mod:`designs`.
@@ -81,9 +81,9 @@ class LlakeyActionConfig(KeyframePolicyConfig):
     cameras: list[str] = field(default_factory=lambda: list(schema.CAMERAS))
     workspace: list[list[float]] = field(default_factory=lambda: [list(bounds) for bounds in schema.WORKSPACE])
     views: list[str] = field(default_factory=lambda: ["top", "front", "side"])
-    view_size: int = 112
-    crop_size: float = 0.24
-    crop_noise: float = 0.04
+    view_size: int = 80
+    crop_size: float = 0.2
+    crop_noise: float = 0.035
     splat_radius: list[int] = field(default_factory=lambda: [0, 1])
 
     condition_on: str = "instruction"
@@ -111,9 +111,9 @@ class LlakeyActionConfig(KeyframePolicyConfig):
 
     heat_sigma_start: float = 3.0
     heat_sigma_end: float = 1.0
-    heat_shrink_steps: int = 2000
-    augment_translation: float = 0.125
-    augment_yaw: float = 45.0
+    heat_shrink_steps: int = 1500
+    augment_translation: float = 0.06
+    augment_yaw: float = 20.0
     point_dropout: float = 0.0
     colour_jitter: float = 0.0
     position_weight: float = 1.0
@@ -124,8 +124,8 @@ class LlakeyActionConfig(KeyframePolicyConfig):
     paraphrase_probability: float = 0.1
     dtype: str = "bfloat16"
 
-    muon: bool = False
-    optimizer_lr: float = 1e-3
+    muon: bool = True
+    optimizer_lr: float = 1.5e-3
     optimizer_weight_decay: float = 1e-2
     optimizer_grad_clip_norm: float = 5.0
     scheduler_warmup_steps: int = 100
