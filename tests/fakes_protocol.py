@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 
+from lerobot_llakey.evaluation.protocol.experiment import Output, report_table, run_experiment
+from lerobot_llakey.evaluation.protocol.plan import Plan
+from lerobot_llakey.evaluation.protocol.rows import EXPERT, Row
 from lerobot_llakey.evaluation.rollout import Expert
 from lerobot_llakey.sim.env import LlakeySimEnv
 
@@ -43,3 +47,13 @@ class Hands:
             action = np.concatenate((tool, (1.0, 0.0)))
         self.step += 1
         return action, instruction
+
+
+def run_table(folder: str, num_workers: int = 1) -> None:
+    """A table of six real episodes, for processes that are killed."""
+    run_experiment(
+        Plan(("open_drawer",), num_episodes=2, repeats=3),
+        [Row("expert", EXPERT)],
+        Output(Path(folder), num_videos=0, num_workers=num_workers),
+        report_table,
+    )

@@ -11,6 +11,7 @@ from lerobot.configs import parser
 
 from lerobot_llakey.cli.errors import one_sentence
 from lerobot_llakey.evaluation.protocol.experiment import Output, foresee, report_table, run_experiment
+from lerobot_llakey.evaluation.protocol.lower_part import AbilitySamples
 from lerobot_llakey.evaluation.protocol.plan import Plan
 from lerobot_llakey.evaluation.protocol.rows import read_rows
 from lerobot_llakey.sim.tasks import parse_tasks
@@ -32,6 +33,10 @@ class TableConfig:
         num_videos: successes and failures of each row and task of which a video is made.
         detailed: show the robot's detailed meshes in the videos.
         num_workers: processes; one for each CPU core where 0.
+        abilities_root: folder of a keysteps dataset that no row was trained on, to measure the two abilities of the
+            command policies as well; left out where None.
+        abilities_repo_id: its name.
+        abilities_samples: samples of it, spread evenly; all where None.
         dry_run: only say how many episodes there are and how long they take.
         output_dir: folder for results.json, table.md, plots and videos. A run that was ended goes on from it.
     """
@@ -47,6 +52,9 @@ class TableConfig:
     num_videos: int = 2
     detailed: bool = False
     num_workers: int = 0
+    abilities_root: str | None = None
+    abilities_repo_id: str = "local/llakey_keysteps"
+    abilities_samples: int | None = None
     dry_run: bool = False
     output_dir: Path = Path("outputs/table")
 
@@ -68,7 +76,10 @@ def run(config: TableConfig) -> None:
     if config.dry_run:
         print(foresee(plan, rows, output))
         return
-    print(run_experiment(plan, rows, output, report_table))
+    samples = None
+    if config.abilities_root is not None:
+        samples = AbilitySamples(config.abilities_root, config.abilities_repo_id, config.abilities_samples)
+    print(run_experiment(plan, rows, output, report_table, samples))
     print(f"results: {config.output_dir.resolve()}")
 
 

@@ -10,6 +10,7 @@ from typing import Any
 
 from lerobot_llakey.evaluation.protocol import markdown, paper, plots
 from lerobot_llakey.evaluation.protocol.estimate import Estimate, estimate
+from lerobot_llakey.evaluation.protocol.lower_part import AbilitySamples, ability_page, measure_rows
 from lerobot_llakey.evaluation.protocol.plan import Plan
 from lerobot_llakey.evaluation.protocol.records import Records, alone_in
 from lerobot_llakey.evaluation.protocol.rows import Row
@@ -42,7 +43,9 @@ Report = Callable[[Plan, Sequence[Row], Records, Mapping[str, str], Path], tuple
 """Draws the plots into a folder; returns figures for results.json and a page in Markdown."""
 
 
-def run_experiment(plan: Plan, rows: Sequence[Row], output: Output, report: Report) -> str:
+def run_experiment(
+    plan: Plan, rows: Sequence[Row], output: Output, report: Report, samples: AbilitySamples | None = None
+) -> str:
     """Run what is missing, then write everything.
 
     Started again after being killed it goes on where it was; once all is done it only writes the results again.
@@ -52,6 +55,7 @@ def run_experiment(plan: Plan, rows: Sequence[Row], output: Output, report: Repo
         rows: of the table; those without a checkpoint are left out and named.
         output: where the results go.
         report: :func:`report_table` or :func:`report_rollback`.
+        samples: where the abilities of the rows' command policies are measured too; nowhere where None.
 
     Returns:
         The page in Markdown.
@@ -69,6 +73,9 @@ def run_experiment(plan: Plan, rows: Sequence[Row], output: Output, report: Repo
         records = Records(output.folder / EPISODES)
         run_missing(plan, found.rows, records, output.num_workers)
         figures, page = report(plan, found.rows, records, found.missing, output.folder)
+        if samples is not None:
+            figures["abilities"] = measure_rows(found.rows, samples, output.folder)
+            page += f"\n{ability_page(plan.tasks, figures['abilities'])}"
         results = {"settings": settings_of(plan, rows, found.missing), "missing": found.missing, **figures}
         write_whole(output.folder / "results.json", json.dumps(results, indent=2))
         write_whole(output.folder / TABLE, page)

@@ -1,0 +1,85 @@
+"""The lower part of table I: both abilities of each row's command policy."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from lerobot.datasets.lerobot_dataset import LeRobotDataset
+from tqdm import tqdm
+
+from lerobot_llakey.evaluation.abilities.measure import ABILITIES, AVERAGE, measure
+from lerobot_llakey.evaluation.protocol import paper
+from lerobot_llakey.evaluation.protocol.loading import load_row
+from lerobot_llakey.evaluation.protocol.markdown import paper_rows
+from lerobot_llakey.evaluation.protocol.rows import Row
+from lerobot_llakey.evaluation.protocol.settings import write_whole
+from lerobot_llakey.evaluation.tables import markdown_table
+
+_FILE = "abilities.json"
+
+
+@dataclass(frozen=True)
+class AbilitySamples:
+    """Where the abilities are measured.
+
+    Attributes:
+        root: folder of a keysteps dataset that no row was trained on.
+        repo_id: its name.
+        max_samples: spread over the dataset; all where None.
+    """
+
+    root: str
+    repo_id: str
+    max_samples: int | None = None
+
+
+def measure_rows(rows: Sequence[Row], samples: AbilitySamples, folder: Path) -> dict[str, Any]:
+    """Both abilities of each row whose policy has a command policy of its own.
+
+    What is measured is kept in ``abilities.json``, row by row, and not measured again with the same samples.
+
+    Returns:
+        For each row, ability and task what :meth:`Measured.summary` tells.
+
+    Raises:
+        ValueError: if the dataset has no instructions or does not tell keyframes apart.
+    """
+    path = folder / _FILE
+    done: dict[str, Any] = {"samples": asdict(samples), "rows": {}}
+    if path.exists() and (kept := json.loads(path.read_text()))["samples"] == done["samples"]:
+        done = kept
+    dataset = LeRobotDataset(samples.repo_id, root=samples.root)
+    for row in tqdm(rows, desc="abilities", unit="row"):
+        if row.name in done["rows"]:
+            continue
+        actor = load_row(row)
+        policy = getattr(actor, "policy", None)
+        command = getattr(policy, "command", None)
+        if command is not None and getattr(policy.config, "commander", "policy") == "policy":
+            measured = measure(command, actor.preprocessor, dataset, max_samples=samples.max_samples)  # type: ignore[attr-defined]
+            done["rows"][row.name] = measured.summary()
+        else:
+            done["rows"][row.name] = None
+        write_whole(path, json.dumps(done, indent=2))
+    return {name: figures for name, figures in done["rows"].items() if figures is not None}
+
+
+def ability_page(tasks: Sequence[str], measured: Mapping[str, Any]) -> str:
+    """A table for each ability, with the paper's figures."""
+    parts = ["## Abilities of the command policies", "Shares of instructions named right, in percent."]
+    for ability in ABILITIES:
+        rows = [
+            [row, *(_percent(figures[ability].get(task)) for task in tasks), _percent(figures[ability][AVERAGE])]
+            for row, figures in measured.items()
+        ]
+        rows += paper_rows(paper.ABILITIES[ability], tasks)
+        parts += [f"### {ability.replace('_', ' ').capitalize()}", markdown_table(["row", *tasks, "average"], rows)]
+    return "\n\n".join(parts) + "\n"
+
+
+def _percent(figures: Mapping[str, Any] | None) -> str:
+    return "-" if figures is None or not figures["samples"] else f"{100 * figures['exact']:.1f}"

@@ -1,0 +1,92 @@
+"""An episode depends on its scene alone, and an error says where it came up."""
+
+import numpy as np
+import pytest
+import torch
+
+from fakes_protocol import Hands, small_env
+from lerobot_llakey.evaluation.protocol import work
+from lerobot_llakey.evaluation.protocol.plan import Plan, Trial
+from lerobot_llakey.evaluation.protocol.records import ACTION, COMMAND
+from lerobot_llakey.evaluation.protocol.rows import Row
+from lerobot_llakey.evaluation.protocol.work import run_trial
+
+PLAN = Plan(("open_drawer",), 2, 1, max_steps=4)
+ROW = Row("a", "x")
+
+
+def _trial(episode: int) -> Trial:
+    return Trial("a", "open_drawer", "", 0, episode, episode)
+
+
+@pytest.fixture
+def acts(monkeypatch: pytest.MonkeyPatch):
+    """Let somebody act in place of the row's checkpoint; by themselves, and with the oracle's instructions."""
+
+    def put(alone, guided=None) -> None:
+        monkeypatch.setattr(work, "_at_hand", work._AtHand())
+        monkeypatch.setattr(work, "LlakeySimEnv", small_env)
+        monkeypatch.setattr(work, "load_row", lambda row, oracle: guided if oracle else alone)
+
+    return put
+
+
+class _Restless(Hands):
+    """Draws from the generator that everybody shares."""
+
+    def act(self, env, observation):  # type: ignore[no-untyped-def]
+        action, instruction = super().act(env, observation)
+        return np.concatenate((action[:3] + 0.05 * torch.rand(3).numpy(), action[3:])), instruction
+
+
+def test_the_order_of_episodes_does_not_matter(acts) -> None:
+    acts(_Restless())
+    first, second = run_trial(ROW, PLAN, _trial(0)), run_trial(ROW, PLAN, _trial(1))
+    acts(_Restless())
+    torch.rand(7)
+    again_second, again_first = run_trial(ROW, PLAN, _trial(1)), run_trial(ROW, PLAN, _trial(0))
+    assert first.episode == again_first.episode and second.episode == again_second.episode
+    assert first.episode.actions != second.episode.actions
+    assert first.seconds > 0 and first.trial == _trial(0)
+
+
+def test_the_policys_own_random_numbers_follow_the_scene(acts) -> None:
+    seeds: list[int] = []
+    hands = Hands()
+    hands.policy.reseed = seeds.append
+    acts(hands)
+    run_trial(ROW, PLAN, _trial(1))
+    assert seeds == [200_000_001]
+
+
+def test_failures_are_put_down_to_a_level(acts) -> None:
+    acts(Hands(wrong_words=range(1, 99)), Hands())
+    record = run_trial(ROW, PLAN, _trial(0))
+    assert (record.blame, record.swapped_at, record.episode.success) == (COMMAND, 1, False)
+    acts(Hands(wrong_hands=True), Hands(wrong_hands=True))
+    assert run_trial(ROW, PLAN, _trial(0)).blame == ACTION
+
+
+def test_no_blame_without_two_levels_or_where_it_is_not_wanted(acts) -> None:
+    acts(Hands(wrong_hands=True, commander="task"))
+    assert run_trial(ROW, PLAN, _trial(0)).blame == ""
+    acts(Hands(wrong_hands=True))
+    assert run_trial(ROW, Plan(("open_drawer",), 2, 1, max_steps=2, blame=False), _trial(0)).blame == ""
+
+
+class _Fails(Hands):
+    def __init__(self, error: Exception) -> None:
+        super().__init__()
+        self.error = error
+
+    def act(self, env, observation):  # type: ignore[no-untyped-def]
+        raise self.error
+
+
+@pytest.mark.parametrize("error", [KeyError("x"), ValueError("Expected three views, got one; add two.")])
+def test_an_error_names_its_episode(acts, error: Exception) -> None:
+    acts(_Fails(error))
+    with pytest.raises((RuntimeError, ValueError), match=r"episode 1 of repeat 0 of open_drawer .* row 'a'") as info:
+        run_trial(ROW, PLAN, _trial(1))
+    assert isinstance(info.value, RuntimeError) == isinstance(error, KeyError)
+    assert str(info.value).startswith("Expected three") == isinstance(error, ValueError)
