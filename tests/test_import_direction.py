@@ -27,7 +27,8 @@ MAY_IMPORT: dict[str, set[str]] = {
     "policies.hierarchy": WORDS | POLICIES | {"policies"},
     "datasets": WORDS | {"labels", "sim"},
     "evaluation": WORDS | POLICIES | {"labels", "policies", "sim", "datasets"},
-    "cli": WORDS | POLICIES | {"labels", "policies", "sim", "datasets", "evaluation"},
+    "drive": WORDS | POLICIES | {"policies", "sim", "evaluation"},
+    "cli": WORDS | POLICIES | {"labels", "policies", "sim", "datasets", "evaluation", "drive"},
     # Importing the package registers its environment and its policies.
     "": POLICIES | {"policies", "sim"},
 }

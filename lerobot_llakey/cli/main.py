@@ -26,6 +26,9 @@ VERBS: dict[str, tuple[str, str]] = {
     "show": ("lerobot_llakey.cli.show", "what an action policy sees and decides for one recorded frame"),
     "table": ("lerobot_llakey.cli.table", "the paper's table I: policies against tasks, with plots and videos"),
     "rollback": ("lerobot_llakey.cli.rollback", "the paper's figure 6: how often policies recover from events"),
+    "ambiguity": ("lerobot_llakey.cli.ambiguity", "the paper's figure 1: whether success follows the verbs"),
+    "reproduce": ("lerobot_llakey.cli.reproduce", "the whole paper: collect, train, every table, plot and video"),
+    "drive": ("lerobot_llakey.cli.drive", "watch a policy step by step, correct it in words, change its goal"),
     "demo": ("lerobot_llakey.cli.demo", "watch a trained policy do the tasks: a table of successes, and videos"),
 }
 """What can be asked for: verb -> (module with a ``main()``, summary in one line)."""

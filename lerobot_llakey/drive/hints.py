@@ -1,0 +1,79 @@
+"""What a person who typed something outside the grammar of basic actions is told."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from difflib import SequenceMatcher, get_close_matches
+
+from lerobot_llakey import instructions
+
+_SLOT = re.compile(r"\{(\w+)\}")
+_FORMS, _NEAR, _VERB_WEIGHT = 3, 0.6, 2.0
+
+
+def read_instruction(text: str, known: Iterable[str] = ()) -> str:
+    """What a person typed, as a basic action in its canonical wording.
+
+    Args:
+        text: as typed.
+        known: instructions that the policy was trained on, from which the nearest is suggested.
+
+    Raises:
+        ValueError: if the text is no basic action; one sentence with the nearest forms.
+    """
+    try:
+        return instructions.canonical(text)
+    except ValueError as error:
+        raise ValueError(explain(text, known)) from error
+
+
+def explain(text: str, known: Iterable[str] = ()) -> str:
+    """The sentence for a text that cannot be read: what came, and what would be read instead."""
+    near = nearest_known(text, known)
+    hint = f"did you mean {near!r}? The" if near else "the"
+    return (
+        f"Expected a basic action, got {text!r}; {hint} nearest forms are {'; '.join(nearest_forms(text))}. "
+        "Nothing was moved."
+    )
+
+
+def nearest_known(text: str, known: Iterable[str]) -> str | None:
+    """The known instruction that reads most like a text, None if none is near."""
+    found = get_close_matches(_plain(text), list(known), n=1, cutoff=_NEAR)
+    return found[0] if found else None
+
+
+def nearest_forms(text: str, count: int = _FORMS) -> list[str]:
+    """The forms of basic actions that read most like a text, best first, as "grasp <thing>".
+
+    Only the words of a form count, not what fills it; its verb counts twice.
+    """
+    words = _plain(text).split()
+    ranked = sorted(instructions.TEMPLATES.values(), key=lambda template: -max(_likeness(words, template)))
+    forms = [
+        template.texts[max(range(len(scores)), key=scores.__getitem__)]
+        for template in ranked[:count]
+        for scores in [_likeness(words, template)]
+    ]
+    return [_shown(form) for form in forms]
+
+
+def _likeness(words: list[str], template: instructions.Template) -> list[float]:
+    """For each wording, how much of its fixed words is found among those of a text, 0..1."""
+    scores = []
+    for form in template.texts:
+        fixed = _SLOT.sub(" ", form).split()
+        weights = [_VERB_WEIGHT] + [1.0] * (len(fixed) - 1)
+        found = [max((SequenceMatcher(None, word, other).ratio() for other in words), default=0.0) for word in fixed]
+        scores.append(sum(w * f for w, f in zip(weights, found, strict=True)) / sum(weights))
+    return scores
+
+
+def _shown(form: str) -> str:
+    poses = "|".join(instructions.POSES)
+    return _SLOT.sub(lambda slot: f"<{poses}>" if slot[1] == "pose" else f"<{slot[1]}>", form)
+
+
+def _plain(text: str) -> str:
+    return " ".join(text.lower().split()).removesuffix(".")
