@@ -35,6 +35,11 @@ def test_the_parts_follow_the_device() -> None:
         ({"train_command": False, "train_action": False}, "at least one part to train"),
         ({"commander": "oracle", "train_action": False}, "at least one part to train"),
         ({"fallback_instruction": "dance"}, "a basic action"),
+        ({"commander": "list"}, "at least one instruction for commander='list'"),
+        ({"commander": "list", "instructions": ["dance"]}, "a basic action"),
+        ({"ask_again_attempts": 0}, "ask_again_attempts >= 1"),
+        ({"ask_again_temperature": 0.0}, "ask_again_temperature > 0"),
+        ({"still_degrees": -1.0}, "still_degrees >= 0"),
     ],
 )
 def test_bad_settings_are_refused_in_one_sentence(settings: dict, message: str) -> None:

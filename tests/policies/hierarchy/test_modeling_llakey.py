@@ -10,6 +10,7 @@ from safetensors.torch import load_file, save_file
 
 from lerobot_llakey import instructions, schema
 from lerobot_llakey.policies.hierarchy import modeling_llakey
+from lerobot_llakey.policies.hierarchy.commanders.corrections import Corrections
 from lerobot_llakey.policies.hierarchy.modeling_llakey import LlakeyPolicy
 
 
@@ -114,6 +115,36 @@ def test_the_task_itself_can_be_the_instruction(make_tiny, observation, monkeypa
     read = _read(policy, monkeypatch)
     policy.select_action(observation)
     assert read == [observation[schema.TASK]] == [policy.last_instructions]
+
+
+def test_a_list_commands_one_a_step(make_tiny, observation, monkeypatch) -> None:
+    policy = make_tiny(commander="list", instructions=["grab the lid", "raise the robotic arm"])
+    read = _read(policy, monkeypatch)
+    for _ in range(3):
+        policy.select_action(observation)
+    assert policy.command is None
+    assert [step[0] for step in read] == ["grasp the lid", "raise the robotic arm", "raise the robotic arm"]
+    policy.reset()
+    policy.select_action(observation)
+    assert read[-1] == ["grasp the lid"] * 3
+
+
+def test_a_person_corrects_and_changes_the_goal(make_tiny, observation, monkeypatch) -> None:
+    policy = make_tiny()
+    policy.commander = corrections = Corrections(policy.commander)
+    read, goals = _read(policy, monkeypatch), []
+    answer = policy.command.answer
+    monkeypatch.setattr(policy.command, "answer", lambda batch, *_: goals.append(batch[schema.TASK]) or answer(batch))
+    corrections.say(1, "grab the lid")
+    corrections.change_task(2, "stack the wine")
+    policy.select_action(observation)
+    assert read[0][1] == "grasp the lid"
+    assert [step.source for row in policy.log for step in row] == ["policy", "person", "policy"]
+    assert goals == [[observation[schema.TASK][0], "stack the wine"]]
+    assert policy.log[2][0].task == "stack the wine"
+    policy.reset()
+    policy.select_action(observation)
+    assert goals[-1] == list(observation[schema.TASK])
 
 
 def test_a_batch_of_another_size_needs_a_reset(make_tiny, observation) -> None:

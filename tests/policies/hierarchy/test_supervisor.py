@@ -120,3 +120,105 @@ def test_free_text_goes_through_uncounted() -> None:
         assert supervisor.accept("open the top drawer") == "open the top drawer"
         assert np.allclose(supervisor.adjust(_action(), _state())[:3], _action()[:3])
     assert (supervisor.repeats, supervisor.unparsable, supervisor.random_moves) == (0, 0, 0)
+
+
+def test_a_command_repeated_for_ever_leads_to_random_moves_now_and_then() -> None:
+    """The stall rule as stated: nothing up to the threshold, then a chance at each step, and the count anew."""
+    supervisor = _supervisor(repeat_threshold=3, random_move_probability=0.5, random_move_radius=0.1)
+    state, since, waits = _state(), 0, []
+    for _ in range(400):
+        supervisor.observe(state)
+        supervisor.accept("slide the block to the mark")
+        before = supervisor.random_moves
+        sent = supervisor.adjust(_action(), state)
+        if supervisor.random_moves > before:
+            assert np.linalg.norm(sent[:3] - state[:3]) <= 0.1 + 1e-6
+            assert supervisor.repeats == 0
+            waits.append(since)
+            since = 0
+        else:
+            assert np.allclose(sent[:3], _action()[:3])
+            since += 1
+        state[:3] = sent[:3]
+    assert min(waits[1:]) == 3 and waits[0] >= 4
+    assert 4.5 > np.mean(waits) > 3.5  # three in any case, and one more on average before a chance of one half comes up
+
+
+def test_a_hand_at_the_edge_or_outside_stays_within_the_radius_and_goes_no_further_out() -> None:
+    workspace = ((0.0, 0.5), (-0.1, 0.1), (0.0, 0.4))
+    supervisor = _supervisor(
+        random_move_radius=0.1, repeat_threshold=0, random_move_probability=1.0, workspace=workspace
+    )
+    low, high = np.array(workspace).T
+    for hand in ([0.5, 0.0, 0.2], [0.7, 0.0, 0.2], [-0.3, -0.4, 0.6], [0.25, 0.0, 0.2]):
+        state = _state()
+        state[:3] = hand
+        for _ in range(100):
+            supervisor.accept("pull the lid out")
+            supervisor.repeats = 1
+            place = supervisor.adjust(_action(), state)[:3].astype(np.float64)
+            assert np.linalg.norm(place - state[:3]) <= 0.1 + 1e-6
+            assert np.all(place >= np.minimum(low, state[:3]) - 1e-6)
+            assert np.all(place <= np.maximum(high, state[:3]) + 1e-6)
+
+
+def test_sees_whether_a_step_moved_hand_or_gripper() -> None:
+    supervisor = _supervisor(still_distance=0.005, still_degrees=2.0)
+    seen = []
+    for x, turn, opening in (
+        (0.5, 0.0, 1.0),
+        (0.504, 0.0, 1.0),
+        (0.51, 0.0, 1.0),
+        (0.51, 0.03, 1.0),
+        (0.51, 0.1, 1.0),
+        (0.51, 0.1, 0.95),
+        (0.51, 0.1, 0.5),
+    ):
+        state = _state(opening)
+        state[0], state[3:7] = x, (0.0, np.cos(turn / 2), np.sin(turn / 2), 0.0)
+        supervisor.observe(state)
+        seen.append(supervisor.moved)
+    assert seen == [None, False, True, False, True, False, True]
+    assert all(type(moved) in (bool, type(None)) for moved in seen)
+
+
+def test_a_persons_words_are_not_repetitions() -> None:
+    supervisor = _supervisor(repeat_threshold=0, random_move_probability=1.0)
+    for _ in range(5):
+        supervisor.accept("grasp the lid", counted=False)
+        supervisor.adjust(_action(), _state())
+    assert (supervisor.repeats, supervisor.random_moves) == (0, 0)
+    supervisor.accept("grasp the lid")
+    assert supervisor.repeats == 1
+
+
+def test_says_whose_words_were_taken() -> None:
+    supervisor = _supervisor()
+    took = []
+    for text in ("gibberish", "grasp the lid", "gibberish"):
+        supervisor.accept(text)
+        took.append(supervisor.took)
+    assert took == ["fallback", "said", "previous"]
+    assert supervisor.reading("Grab the lid.") == "grasp the lid"
+    assert supervisor.reading("gibberish") is None
+
+
+@pytest.mark.parametrize(
+    ("text", "setting"), [("screw the lid in", "screw_about_tool_axis"), ("raise the robotic arm", "raise_upward")]
+)
+def test_screwing_and_raising_are_held_to_their_words_where_that_is_set(text: str, setting: str) -> None:
+    state = _state()  # points straight down at z = 0.4
+    low = np.array([0.6, 0.1, 0.3, 1.0, 1.0, 0.0, 0.2, 0.0, 0.0])
+    for on in (False, True):
+        supervisor = _supervisor(**{setting: on})
+        supervisor.accept(text)
+        sent = supervisor.adjust(low, state)
+        assert np.allclose(sent[:2], state[:2] if on else low[:2])
+        if setting == "raise_upward":
+            assert sent[2] == pytest.approx(0.4 if on else 0.3)
+            continue
+        x, y = sent[schema.QUATERNION][:2]
+        assert (abs(1 - 2 * (x * x + y * y) + 1) < 1e-6) == on  # the tool axis points straight down
+    other = _supervisor(screw_about_tool_axis=True, raise_upward=True)
+    other.accept("place the lid on the jar")
+    assert np.allclose(other.adjust(low, state)[:3], low[:3])

@@ -54,14 +54,18 @@ def test_trains_both_parts_goes_on_and_loads(train, saved: Path, monkeypatch) ->
     assert _changed(half, last) == {"command", "action"}
 
 
-def test_trains_one_part_of_a_composition(train, make_tiny, tmp_path: Path) -> None:
+@pytest.mark.parametrize("part", ["command", "action"])
+def test_trains_one_part_of_a_composition_and_leaves_the_other_as_it_is(
+    part: str, train, make_tiny, tmp_path: Path
+) -> None:
     parts = make_tiny()
     parts.command.save_pretrained(tmp_path / "command")
     parts.action.save_pretrained(tmp_path / "action")
-    paths = (f"--policy.command_path={tmp_path / 'command'}", f"--policy.action_path={tmp_path / 'action'}")
-    both = train("both", "--policy.type=llakey", *paths, "--policy.train_command=false", "--steps=1")
     parts.save_pretrained(tmp_path / "before")
-    assert _changed(tmp_path / "before", both) == {"action"}
+    paths = (f"--policy.command_path={tmp_path / 'command'}", f"--policy.action_path={tmp_path / 'action'}")
+    frozen = {"command": "action", "action": "command"}[part]
+    after = train("after", "--policy.type=llakey", *paths, f"--policy.train_{frozen}=false", "--steps=2")
+    assert _changed(tmp_path / "before", after) == {part}
 
 
 def test_trains_from_scratch(train) -> None:
