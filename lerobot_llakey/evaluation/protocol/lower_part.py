@@ -17,6 +17,7 @@ from lerobot_llakey.evaluation.protocol.loading import load_row
 from lerobot_llakey.evaluation.protocol.markdown import paper_rows
 from lerobot_llakey.evaluation.protocol.rows import Row
 from lerobot_llakey.evaluation.protocol.settings import write_whole
+from lerobot_llakey.evaluation.rollout import Agent
 from lerobot_llakey.evaluation.tables import markdown_table
 
 _FILE = "abilities.json"
@@ -56,14 +57,12 @@ def measure_rows(rows: Sequence[Row], samples: AbilitySamples, folder: Path) -> 
     for row in tqdm(rows, desc="abilities", unit="row"):
         if row.name in done["rows"]:
             continue
-        actor = load_row(row)
-        policy = getattr(actor, "policy", None)
-        command = getattr(policy, "command", None)
-        if command is not None and getattr(policy.config, "commander", "policy") == "policy":
-            measured = measure(command, actor.preprocessor, dataset, max_samples=samples.max_samples)  # type: ignore[attr-defined]
+        agent = load_row(row)
+        command = getattr(agent.policy, "command", None) if isinstance(agent, Agent) else None
+        done["rows"][row.name] = None
+        if command is not None and isinstance(agent, Agent):
+            measured = measure(command, agent.preprocessor, dataset, max_samples=samples.max_samples)
             done["rows"][row.name] = measured.summary()
-        else:
-            done["rows"][row.name] = None
         write_whole(path, json.dumps(done, indent=2))
     return {name: figures for name, figures in done["rows"].items() if figures is not None}
 
