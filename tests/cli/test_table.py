@@ -26,8 +26,7 @@ def test_a_table_without_a_single_checkpoint_is_refused(tmp_path: Path) -> None:
         "- {name: ours, policy_path: no/where/at_all}\n"
         "- {name: chat, policy_path: no, overrides: {command.base_url: , command.model: x}}\n"
     )
-    with pytest.raises(
-        FileNotFoundError, match="ours: no checkpoint at no/where/at_all; chat: command.base_url is not"
-    ):
+    reasons = r"ours: no checkpoint at no/where/at_all; chat: command\.base_url is not"
+    with pytest.raises(FileNotFoundError, match=reasons):
         run(TableConfig(rows=str(rows), task="open_drawer", output_dir=tmp_path / "table"))
     assert not (tmp_path / "table").exists()

@@ -11,7 +11,7 @@ from lerobot_llakey.evaluation.protocol.records import ACTION, COMMAND
 from lerobot_llakey.evaluation.protocol.rows import Row
 from lerobot_llakey.evaluation.protocol.work import run_trial
 
-PLAN = Plan(("open_drawer",), 2, 1, max_steps=4)
+PLAN = Plan(("open_drawer",), 2, 1, max_steps=6)
 ROW = Row("a", "x")
 
 
