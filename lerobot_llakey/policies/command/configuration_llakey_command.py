@@ -40,7 +40,12 @@ class LlakeyCommandConfig(PretrainedModelSettings, KeyframePolicyConfig):
         auxiliary_weight: weight of a training aid for the small model, which also regresses where the gripper is and
             where the next keyframe is from the state and the action of each sample. Not in the paper; 0 leaves it out.
         dtype: precision of the computations: "bfloat16" or "float32".
-        constrain: answer only with instructions known from training.
+        target: what is answered: "instruction" is the paper's method; "action" is its attempt at direct actions after
+            RT-2: the next keyframe's pose as numbers, from the task and the images alone, so that the policy acts by
+            itself.
+        action_bins, workspace: of these numbers: how many values each has, and bounds in metres of x, y and z.
+        constrain: answer only with instructions known from training (or given in ``instructions``), and with legal
+            poses where the target is the action.
         max_new_tokens: longest answer.
         shift_pixels: training shifts each image by up to this many pixels each way.
         colour_jitter: training scales brightness and contrast by up to this share.
@@ -72,6 +77,9 @@ class LlakeyCommandConfig(PretrainedModelSettings, KeyframePolicyConfig):
     auxiliary_weight: float = 0.5
 
     dtype: str = "bfloat16"
+    target: str = "instruction"
+    action_bins: int = 256
+    workspace: list[list[float]] = field(default_factory=lambda: [list(bounds) for bounds in schema.WORKSPACE])
     constrain: bool = True
     max_new_tokens: int = 48
 
@@ -103,6 +111,13 @@ class LlakeyCommandConfig(PretrainedModelSettings, KeyframePolicyConfig):
             raise ValueError(f"Expected `backend` local or chat, got {self.backend!r}; choose one of them.")
         if self.dtype not in ("bfloat16", "float32"):
             raise ValueError(f"Expected `dtype` bfloat16 or float32, got {self.dtype!r}; choose one of them.")
+        if self.target not in ("instruction", "action"):
+            raise ValueError(f"Expected `target` instruction or action, got {self.target!r}; choose one of them.")
+        if self.target == "action" and (self.backend == "chat" or not self.constrain):
+            raise ValueError(
+                "Expected backend=local and constrain=true with target=action, got others; only then every answer is a "
+                "pose."
+            )
         self.check_model_settings()
         if self.dtype == "float32" and self.weights_dtype != "float32":
             raise ValueError(

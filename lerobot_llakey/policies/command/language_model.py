@@ -17,6 +17,7 @@ from lerobot_llakey.policies.command.prompt import sentences
 from lerobot_llakey.policies.command.small.build import build_small
 from lerobot_llakey.policies.command.small.encoder import WordEncoder
 from lerobot_llakey.policies.command.small.tokenizer import WordTokenizer, grammar_words
+from lerobot_llakey.policies.command.targets.pose_text import PoseText
 
 
 @dataclass
@@ -46,7 +47,9 @@ def build_language_model(config: LlakeyCommandConfig, assets_dir: str | Path | N
     """
     if config.model is None:
         # Without words the vocabulary of a dataset is unknown; bytes and the grammar still spell everything.
-        tokenizer = WordTokenizer(config.words or grammar_words(), sentences(config.views))
+        numbers = PoseText(config.action_bins, config.workspace).numbers if config.target == "action" else []
+        words_of_answers = [*(config.words or grammar_words()), *numbers]
+        tokenizer = WordTokenizer(list(dict.fromkeys(words_of_answers)), sentences(config.views))
         image_tokens = (config.image_size // config.patch_size) ** 2
         words = WordEncoder(tokenizer, config.image_size, image_tokens)
         built = LanguageModel(build_small(config, tokenizer), words)

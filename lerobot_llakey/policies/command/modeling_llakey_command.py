@@ -21,9 +21,8 @@ from lerobot_llakey.policies.command.chat.backend import ChatBackend
 from lerobot_llakey.policies.command.checkpoints import CommandCheckpoints
 from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
 from lerobot_llakey.policies.command.decoding.answer import Answer, count_unparsable
-from lerobot_llakey.policies.command.decoding.choice import Choice
+from lerobot_llakey.policies.command.decoding.choice import GREEDY, Choice
 from lerobot_llakey.policies.command.decoding.decode import decode_answers
-from lerobot_llakey.policies.command.decoding.trie import Trie
 from lerobot_llakey.policies.command.encoding import IGNORED
 from lerobot_llakey.policies.command.images import augment, stack_views
 from lerobot_llakey.policies.command.language_model import build_language_model
@@ -33,6 +32,8 @@ from lerobot_llakey.policies.command.pretrained.adapters import TakesAdapters
 from lerobot_llakey.policies.command.prompt import Prompt
 from lerobot_llakey.policies.command.small.auxiliary import KeyframeHead
 from lerobot_llakey.policies.command.small.tokenizer import grammar_words, known_words
+from lerobot_llakey.policies.command.targets.action import ActionTarget
+from lerobot_llakey.policies.command.targets.make import make_target
 from lerobot_llakey.policies.command.texts import text_column
 from lerobot_llakey.policies.command.vocabulary import dataset_instructions, dataset_tasks
 
@@ -90,10 +91,11 @@ class LlakeyCommandPolicy(CommandCheckpoints, TakesAdapters, PreTrainedPolicy):
             self.name_or_path = config.model  # an adapter says by it what it was trained on
         elif config.auxiliary_weight:
             self.auxiliary = KeyframeHead(config.text_width)
-        self._trie = Trie(self.encoder.answer(text) for text in config.instructions)
+        self.target = make_target(config)
+        self._trie = self.target.trie(self.encoder)
 
     def _learn_texts(self, dataset_meta: Any) -> None:
-        found = dataset_instructions(dataset_meta)
+        found = dataset_instructions(dataset_meta) if self.config.target == "instruction" else []
         self.config.instructions = sorted({*self.config.instructions, *found})
         if not self.config.words:
             self.config.words = sorted({*grammar_words(), *known_words([*dataset_tasks(dataset_meta), *found])})
@@ -108,11 +110,12 @@ class LlakeyCommandPolicy(CommandCheckpoints, TakesAdapters, PreTrainedPolicy):
         """Nothing is remembered between decisions: the previous instruction comes with the batch."""
 
     def forward(self, batch: dict[str, Any], reduction: str = "mean") -> tuple[Tensor, dict[str, float]]:
-        """Cross-entropy of the answers' tokens, stop token included.
+        """Cross-entropy of the answers' tokens, stop token included, weighted where the batch has weights.
 
         Args:
             batch: images (B, 3, H, W) in 0..1 of every view, ``task`` and ``observation.instruction`` as lists of str,
-                and ``observation.previous_instruction`` where the history is on.
+                and ``observation.previous_instruction`` where the history is on; ``action`` (B, 9) in place of both
+                where that is the target.
             reduction: "mean" for one loss, "none" for one a sample (B,).
 
         Returns:
@@ -123,7 +126,7 @@ class LlakeyCommandPolicy(CommandCheckpoints, TakesAdapters, PreTrainedPolicy):
             ValueError: if something is missing in the batch.
         """
         self._require_weights()
-        answers = text_column(batch, schema.INSTRUCTION)
+        answers = self.target.answers(batch)
         images = stack_views(batch, self.config.image_keys)
         if self.training:
             images = augment(images, self.config.shift_pixels, self.config.colour_jitter)
@@ -134,8 +137,12 @@ class LlakeyCommandPolicy(CommandCheckpoints, TakesAdapters, PreTrainedPolicy):
             hidden = self.model.model(**inputs, use_cache=False).last_hidden_state[:, -length - 1 : -1]
             logits = self.model.lm_head(hidden).float()
         losses = functional.cross_entropy(logits.transpose(1, 2), labels, ignore_index=IGNORED, reduction="none")
+        if schema.SAMPLE_WEIGHT in batch:
+            weights = batch[schema.SAMPLE_WEIGHT].reshape(-1, 1).float()
+            losses = losses * weights / weights.mean()
         counted = labels != IGNORED
-        previous = text_column(batch, schema.PREVIOUS_INSTRUCTION) if schema.PREVIOUS_INSTRUCTION in batch else None
+        has_previous = schema.PREVIOUS_INSTRUCTION in batch and self.config.target == "instruction"
+        previous = text_column(batch, schema.PREVIOUS_INSTRUCTION) if has_previous else None
         metrics = answer_metrics(logits.detach().argmax(-1) == labels, counted, answers, previous)
         loss = losses.sum(1) / counted.sum(1) if reduction == "none" else losses.sum() / counted.sum()
         if self.auxiliary is not None and self.training and schema.STATE in batch and schema.ACTION in batch:
@@ -162,8 +169,21 @@ class LlakeyCommandPolicy(CommandCheckpoints, TakesAdapters, PreTrainedPolicy):
             seed: of the draw, PyTorch's generator stays as it was; None goes on with that generator.
 
         Raises:
-            ValueError: if an image or the task is missing, or the temperature is not above 0.
+            ValueError: if an image or the task is missing, the temperature is not above 0, or the policy was trained to
+                act.
         """
+        if self.config.target != "instruction":
+            raise ValueError(
+                "Expected a command policy that names instructions, got one with target=action, which acts by itself; "
+                "give a checkpoint with target=instruction."
+            )
+        answers = self._answers(batch, Choice(sample, temperature), seed)
+        self.answered += len(answers)
+        self.unparsable += count_unparsable(answers)
+        return answers
+
+    def _answers(self, batch: dict[str, Any], choice: Choice = GREEDY, seed: int | None = None) -> list[Answer]:
+        """The answers of the model, whatever they are about."""
         was_training = self.training
         self.eval()
         images, prompts = stack_views(batch, self.config.image_keys), self._prompts(batch)
@@ -172,33 +192,37 @@ class LlakeyCommandPolicy(CommandCheckpoints, TakesAdapters, PreTrainedPolicy):
         else:
             trie = self._trie if self.config.constrain else None
             inputs = self.encoder.prompts(images, prompts)
-            choice = Choice(sample, temperature)
             with self._autocast(images.device):
                 answers = decode_answers(
                     self.model, self.encoder, inputs, trie, self.config.max_new_tokens, choice, seed
                 )
         self.train(was_training)
-        self.answered += len(answers)
-        self.unparsable += count_unparsable(answers)
         return answers
 
     def select_action(self, batch: dict[str, Any], **kwargs: Any) -> Tensor:
-        """Not possible.
+        """The next keyframe's action (B, 9) of each row, where that is the target.
 
         Raises:
-            NotImplementedError: always.
+            NotImplementedError: if the target is the instruction.
         """
-        raise NotImplementedError(
-            "Expected a policy that acts, got a command policy, which only names the next instruction; "
-            "compose it with an action policy: --policy.type=llakey --policy.command_path=... --policy.action_path=..."
-        )
+        if not isinstance(self.target, ActionTarget):
+            raise NotImplementedError(
+                "Expected a policy that acts, got a command policy, which only names the next instruction; compose it "
+                "with an action policy: --policy.type=llakey --policy.command_path=... --policy.action_path=..."
+            )
+        with torch.no_grad():
+            texts = [answer.text for answer in self._answers(batch)]
+        actions = np.stack([self.target.text.decode(text) for text in texts])
+        return torch.from_numpy(actions).to(batch[self.config.image_keys[0]].device)
 
-    predict_action_chunk = select_action
+    def predict_action_chunk(self, batch: dict[str, Any], **kwargs: Any) -> Tensor:
+        """One step as a chunk (B, 1, 9)."""
+        return self.select_action(batch)[:, None]
 
     def _prompts(self, batch: Mapping[str, Any]) -> list[Prompt]:
         tasks = text_column(batch, schema.TASK)
         views = tuple(self.config.views)
-        if not self.config.history:
+        if not self.config.history or self.config.target == "action":
             return [Prompt(views, task) for task in tasks]
         previous = text_column(batch, schema.PREVIOUS_INSTRUCTION, default=[""] * len(tasks))
         if self.training:
@@ -215,7 +239,8 @@ class LlakeyCommandPolicy(CommandCheckpoints, TakesAdapters, PreTrainedPolicy):
             )
 
     def _reworded(self, text: str) -> str:
-        if not self.training or self._rng.random() >= self.config.synonym_probability:
+        worded = self.training and self.config.target == "instruction"
+        if not worded or self._rng.random() >= self.config.synonym_probability:
             return text
         return instructions.paraphrase(text, self._rng)
 

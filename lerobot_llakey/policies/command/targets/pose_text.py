@@ -1,0 +1,95 @@
+"""Keyframe poses as texts of whole numbers: the paper's attempt at direct actions, after RT-2 (section IV-B).
+
+Nine numbers: x, y, z over the workspace, the quaternion, the gripper and the collision flag. RT-2 takes Euler angles;
+here they would wrap at the commonest orientation, a hand that points down, and lose an axis at the next, a hand that
+points ahead. So the rotation is the quaternion from a hand that points straight down to the wanted one, w >= 0, which
+is smooth for every hand that does not point up.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from lerobot_llakey import schema
+from lerobot_llakey.geometry import DOWN, canonical_quaternion
+
+DIGITS = 3
+_FLAGS = 2
+"""Values of the gripper and of the collision flag."""
+
+
+@dataclass(frozen=True)
+class PoseText:
+    """Actions to texts and back.
+
+    Every number has three digits, so no number begins another, whatever the tokenizer.
+
+    Attributes:
+        bins: numbers that a position or quaternion entry may be.
+        workspace: bounds in metres of x, y and z.
+
+    Raises:
+        ValueError: if the bins are too few or too many, or a bound of the workspace is upside down.
+    """
+
+    bins: int = 256
+    workspace: Sequence[Sequence[float]] = schema.WORKSPACE
+
+    def __post_init__(self) -> None:
+        if not 2 <= self.bins <= 10**DIGITS:
+            raise ValueError(f"Expected `action_bins` from 2 to {10**DIGITS}, got {self.bins}; 256 is RT-2's number.")
+        if len(self.workspace) != 3 or any(len(pair) != 2 or pair[0] >= pair[1] for pair in self.workspace):
+            raise ValueError(
+                f"Expected `workspace` as three (low, high) pairs in metres, got {self.workspace}; correct it."
+            )
+
+    @property
+    def bounds(self) -> np.ndarray:
+        """(7, 2) lowest and highest value of x, y, z, and of the quaternion's x, y, z, w."""
+        return np.array([*self.workspace, (-1, 1), (-1, 1), (-1, 1), (0, 1)], dtype=np.float64)
+
+    @property
+    def sizes(self) -> list[int]:
+        """How many values each of the nine numbers may have."""
+        return [self.bins] * 7 + [_FLAGS] * 2
+
+    @property
+    def numbers(self) -> list[str]:
+        """Every number as it is written: what a vocabulary must hold."""
+        return [f"{value:0{DIGITS}d}" for value in range(max(self.bins, _FLAGS))]
+
+    def encode(self, action: np.ndarray) -> str:
+        """The text of an action (9,) in the data contract; places outside the workspace go to its edge."""
+        turned = Rotation.from_quat(DOWN).inv() * Rotation.from_quat(action[schema.QUATERNION])
+        values = np.concatenate((action[schema.POSITION], canonical_quaternion(turned.as_quat())))
+        low, high = self.bounds.T
+        bins = np.floor((values - low) / (high - low) * self.bins).clip(0, self.bins - 1).astype(int)
+        flags = (action[[schema.GRIPPER, schema.IGNORE_COLLISION]] > 0.5).astype(int)
+        return " ".join(self.numbers[number] for number in (*bins, *flags))
+
+    def decode(self, text: str) -> np.ndarray:
+        """The action (9,) float32 of a text: the middles of its bins, and a unit quaternion xyzw with w >= 0.
+
+        Raises:
+            ValueError: if the text is not nine numbers that there may be.
+        """
+        words = text.split()
+        numbers = [int(word) for word in words if word.isdecimal()]
+        legal = all(number < size for number, size in zip(numbers, self.sizes, strict=False))
+        if not len(words) == len(numbers) == len(self.sizes) or not legal:
+            raise ValueError(
+                f"Expected {len(self.sizes)} numbers below {self.sizes}, got {text!r}; keep constrain=true, which "
+                "allows no others."
+            )
+        low, high = self.bounds.T
+        values = low + (np.array(numbers[:7]) + 0.5) / self.bins * (high - low)
+        rotation = Rotation.from_quat(DOWN) * Rotation.from_quat(values[3:])
+        action = np.empty(schema.ACTION_DIM, dtype=np.float32)
+        action[schema.POSITION] = values[:3]
+        action[schema.QUATERNION] = canonical_quaternion(rotation.as_quat())
+        action[[schema.GRIPPER, schema.IGNORE_COLLISION]] = numbers[7:]
+        return action
