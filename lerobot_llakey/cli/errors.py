@@ -4,6 +4,8 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from draccus.utils import ParsingError
+
 
 @contextmanager
 def one_sentence() -> Iterator[None]:
@@ -14,8 +16,16 @@ def one_sentence() -> Iterator[None]:
     """
     try:
         yield
-    except (ValueError, FileNotFoundError, FileExistsError, RuntimeError) as error:
-        if not str(error).startswith("Expected "):
+    except (ValueError, FileNotFoundError, FileExistsError, RuntimeError, ParsingError) as error:
+        said = _cause(error)
+        if not str(said).startswith("Expected "):
             raise
-        print(f"error: {error}", file=sys.stderr)
+        print(f"error: {said}", file=sys.stderr)
         raise SystemExit(1) from error
+
+
+def _cause(error: BaseException) -> BaseException:
+    """The error behind those that draccus wraps around one raised while settings are read from a file."""
+    while isinstance(error, ParsingError) and error.__cause__ is not None:
+        error = error.__cause__
+    return error
