@@ -19,7 +19,7 @@ VERBS: dict[str, tuple[str, str]] = {
     "stress": ("lerobot_llakey.cli.stress", "random legal actions in every task: whether the simulator stands them"),
     "determinism": ("lerobot_llakey.cli.determinism", "whether a seed gives the same pixels and states everywhere"),
     "keysteps": ("lerobot_llakey.cli.keysteps", "draw the training samples from a dataset of demonstrations"),
-    "compose": ("lerobot_llakey.cli.compose", "make one checkpoint of a trained command and a trained action policy, or two"),
+    "compose": ("lerobot_llakey.cli.compose", "make one checkpoint of a command and an action policy, and back"),
     "bench": ("lerobot_llakey.cli.bench", "how fast collecting, loading, training and deciding are here"),
     "abilities": ("lerobot_llakey.cli.abilities", "how well a command policy names the next instruction"),
     "keyframe-accuracy": ("lerobot_llakey.cli.keyframe_accuracy", "how often an action policy finds the next keyframe"),
