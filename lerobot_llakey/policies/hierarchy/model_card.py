@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -20,26 +20,45 @@ which LeRobot finds by its name."""
 _PLACEHOLDER = "_No evaluation results have been provided for this policy yet._"
 
 
-def results_table(results: Mapping[str, Any]) -> str:
+def results_table(results: Any) -> str:
     """The Markdown table of an evaluation's figures.
 
     Args:
-        results: content of a ``results.json``: with the table itself under ``markdown``, as a table of the paper's
-            experiments has it, or with the episodes under ``episodes``, each with ``task`` and ``success``.
+        results: content of a ``results.json``, in one of three forms: a finished table under ``markdown``; under
+            ``rows``, for each row of a table, ``tasks`` and ``average`` with ``success`` and ``spread`` in 0..1, as
+            ``llakey table`` writes them; under ``episodes`` a list with ``task`` and ``success``, as ``llakey demo``.
 
     Raises:
-        ValueError: if it holds neither.
+        ValueError: if it holds none of them.
     """
-    if isinstance(results, Mapping) and isinstance(results.get("markdown"), str):
-        return str(results["markdown"]).strip()
-    episodes = results.get("episodes") if isinstance(results, Mapping) else None
-    if not episodes or not all(isinstance(one, Mapping) and {"task", "success"} <= one.keys() for one in episodes):
+    try:
+        if "markdown" in results:
+            return str(results["markdown"]).strip()
+        return _table_of_rows(results["rows"]) if "rows" in results else _table_of_episodes(results["episodes"])
+    except (KeyError, TypeError, AttributeError, ZeroDivisionError) as error:
         raise ValueError(
-            "Expected results with a table under 'markdown', or with episodes that have 'task' and 'success' under "
-            "'episodes', got neither; give the results.json of an evaluation."
-        )
+            "Expected results with a table under 'markdown', rows with 'tasks' and 'average' under 'rows', or episodes "
+            "with 'task' and 'success' under 'episodes', got none of them; give the results.json of an evaluation."
+        ) from error
+
+
+def _table_of_rows(rows: Mapping[str, Any]) -> str:
+    tasks = list(dict.fromkeys(task for row in rows.values() for task in row["tasks"]))
+    lines = [f"| success | {' | '.join(f'`{task}`' for task in tasks)} | average |", "|---" * (len(tasks) + 2) + "|"]
+    for name, row in rows.items():
+        cells = [*(row["tasks"].get(task) for task in tasks), row["average"]]
+        lines.append(f"| {' | '.join([name, *map(_cell, cells)])} |")
+    return "\n".join(lines)
+
+
+def _cell(figures: Mapping[str, float] | None) -> str:
+    """Percent, and the spread over repeats."""
+    return "" if figures is None else f"{100 * figures['success']:.1f} ± {100 * figures['spread']:.1f}"
+
+
+def _table_of_episodes(episodes: Sequence[Mapping[str, Any]]) -> str:
     lines, shares = ["| task | episodes | success |", "|---|---|---|"], []
-    for task in dict.fromkeys(str(one["task"]) for one in episodes):
+    for task in dict.fromkeys(one["task"] for one in episodes):
         outcomes = [bool(one["success"]) for one in episodes if one["task"] == task]
         shares.append(sum(outcomes) / len(outcomes))
         lines.append(f"| `{task}` | {len(outcomes)} | {sum(outcomes)} ({100 * shares[-1]:.0f} %) |")

@@ -195,6 +195,10 @@ class LlakeyPolicy(PublishedPolicy):
         self.commander.reset()
         self.action.reset()
 
+    def reseed(self, seed: int) -> None:
+        """Take another seed for random moves and asking again, from the next reset on."""
+        self.config.seed = seed
+
     @torch.no_grad()
     def select_action(self, batch: dict[str, Any], **kwargs: Any) -> Tensor:
         """One step of algorithm 1 for every row.

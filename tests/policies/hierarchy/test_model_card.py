@@ -17,7 +17,24 @@ def test_takes_a_finished_table_as_it_is() -> None:
     assert results_table({"markdown": "| a |\n|---|\n", "episodes": []}) == "| a |\n|---|"
 
 
-@pytest.mark.parametrize("results", [{}, {"episodes": []}, {"episodes": [{"task": "a"}]}, [1]])
+def test_shows_the_rows_of_a_table_with_their_spread() -> None:
+    half, all_ = {"success": 0.5, "spread": 0.04}, {"success": 1.0, "spread": 0.0}
+    rows = {
+        "LLaKey": {"tasks": {"a": half, "b": all_}, "average": half},
+        "RVT": {"tasks": {"b": half}, "average": half},
+    }
+    assert results_table({"rows": rows, "settings": {}}).splitlines() == [
+        "| success | `a` | `b` | average |",
+        "|---|---|---|---|",
+        "| LLaKey | 50.0 ± 4.0 | 100.0 ± 0.0 | 50.0 ± 4.0 |",
+        "| RVT |  | 50.0 ± 4.0 | 50.0 ± 4.0 |",
+    ]
+
+
+@pytest.mark.parametrize(
+    "results",
+    [{}, {"rows": [1]}, {"rows": {"LLaKey": {"shift": {}}}}, {"episodes": []}, {"episodes": [{"task": "a"}]}, [1]],
+)
 def test_other_figures_are_refused(results, tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="Expected results with a table under 'markdown'"):
         results_table(results)

@@ -99,6 +99,17 @@ def test_seed_fixes_the_random_moves(make_tiny, observation) -> None:
     assert torch.equal(runs[0][1, 0], runs[0][1, 2])
 
 
+def test_a_new_seed_counts_from_the_next_episode_on(make_tiny, observation) -> None:
+    policy = make_tiny(commander="oracle", repeat_threshold=0, random_move_probability=1.0)
+    batch = observation | {schema.ORACLE_INSTRUCTION: _oracle(["pull the lid out"] * 3)}
+    runs = []
+    for seed in (1, 2, 1):
+        policy.reseed(seed)
+        policy.reset()
+        runs.append(torch.stack([policy.select_action(batch) for _ in range(2)]))
+    assert torch.equal(runs[0], runs[2]) and not torch.equal(runs[0], runs[1])
+
+
 def test_the_oracle_commands_in_place_of_the_policy(make_tiny, observation, monkeypatch) -> None:
     policy = make_tiny(commander="oracle")
     read = _read(policy, monkeypatch)
