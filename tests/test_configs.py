@@ -11,7 +11,8 @@ from lerobot_llakey.evaluation.protocol.paper import SUCCESS
 from lerobot_llakey.evaluation.protocol.rows import read_rows
 
 FOLDER = Path(__file__).parent.parent / "configs"
-CONFIGS = sorted(path for path in FOLDER.glob("*.yaml") if path.stem not in ("table", "accelerate_fsdp"))
+OTHERS = ("table", "accelerate_fsdp", "reproduce")
+CONFIGS = sorted(path for path in FOLDER.glob("*.yaml") if not path.stem.startswith(OTHERS))
 
 
 @pytest.mark.parametrize("path", CONFIGS, ids=lambda path: path.stem)

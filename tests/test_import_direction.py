@@ -28,7 +28,8 @@ MAY_IMPORT: dict[str, set[str]] = {
     "datasets": WORDS | {"labels", "sim"},
     "evaluation": WORDS | POLICIES | {"labels", "policies", "sim", "datasets"},
     "drive": WORDS | POLICIES | {"policies", "sim", "evaluation"},
-    "cli": WORDS | POLICIES | {"labels", "policies", "sim", "datasets", "evaluation", "drive"},
+    "experiments": WORDS | POLICIES | {"labels", "policies", "sim", "datasets", "evaluation"},
+    "cli": WORDS | POLICIES | {"labels", "policies", "sim", "datasets", "evaluation", "drive", "experiments"},
     # Importing the package registers its environment and its policies.
     "": POLICIES | {"policies", "sim"},
 }

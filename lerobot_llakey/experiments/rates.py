@@ -1,0 +1,41 @@
+"""How fast this machine is at what the stages are made of."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+
+@dataclass(frozen=True)
+class Rates:
+    """Seconds that things take here, in one process; zeros where nothing was measured.
+
+    Attributes:
+        demonstration: one episode collected as demonstration.
+        keysteps: the keysteps of one demonstration drawn.
+        keystep_episode: one episode collected as keysteps at once.
+        start: of a training, before its first step.
+        step: one training step, by the training's name.
+        action: one step of an episode, command and action policy together, the simulator's part in it.
+        answer: one answer of a command policy.
+        film: one action in a video.
+        cores: processes that share episodes.
+    """
+
+    demonstration: float = 0.0
+    keysteps: float = 0.0
+    keystep_episode: float = 0.0
+    start: float = 0.0
+    step: Mapping[str, float] = field(default_factory=dict)
+    action: float = 0.0
+    answer: float = 0.0
+    film: float = 0.0
+    cores: int = 1
+
+
+def clock(seconds: float) -> str:
+    """Seconds in words."""
+    if seconds < 90:
+        return f"{seconds:.0f} s"
+    minutes = seconds / 60
+    return f"{minutes:.0f} min" if minutes < 90 else f"{minutes / 60:.1f} h"
