@@ -17,3 +17,10 @@ def test_changed_instructions_count_apart():
     assert answer_metrics(RIGHT, COUNTED, ["a", "b"], ["", "b"])["changed_instruction_accuracy"] == 1.0
     assert answer_metrics(RIGHT, COUNTED, ["a", "b"], ["a", "a"])["changed_instruction_accuracy"] == 0.0
     assert "changed_instruction_accuracy" not in answer_metrics(RIGHT, COUNTED, ["a", "b"], ["a", "b"])
+
+
+def test_several_processes_all_have_the_same_metrics(monkeypatch):
+    monkeypatch.setattr("torch.distributed.is_initialized", lambda: True)
+    for processes, expected in ((1, True), (2, False)):
+        monkeypatch.setattr("torch.distributed.get_world_size", lambda count=processes: count)
+        assert ("changed_instruction_accuracy" in answer_metrics(RIGHT, COUNTED, ["a", "b"], ["", "b"])) == expected

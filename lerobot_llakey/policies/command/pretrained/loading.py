@@ -89,4 +89,6 @@ def _reason(name: str, error: Exception) -> str:
             f"is a network (hf download {name}), or name a folder."
         )
     first = text.splitlines()[0] if text else type(error).__name__
+    if isinstance(error, ImportError):
+        return f"Expected the packages that the model {name!r} needs, got a machine without one; install it: {first}"
     return f"Expected `model` to name an image-text model with its processor, got {name!r} ({first}); check the name."

@@ -13,6 +13,7 @@ from fakes_models import TINY, write_tiny
 from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
 from lerobot_llakey.policies.command.modeling_llakey_command import LlakeyCommandPolicy
 from lerobot_llakey.policies.command.pretrained.adapters import adapter_base, adapter_targets
+from lerobot_llakey.policies.hierarchy.parts import load_part
 
 peft = pytest.importorskip("peft")
 
@@ -127,7 +128,7 @@ def test_lora_on_a_checkpoint_of_the_small_model(keysteps, batch, small_config, 
     assert adapter_base(folder) == str(tmp_path / "base")
     saved = PreTrainedConfig.from_pretrained(folder)
     saved.pretrained_path = folder
-    apart, merged = make_policy(saved, ds_meta=keysteps.meta).eval(), LlakeyCommandPolicy.from_pretrained(folder)
+    apart, merged = make_policy(saved, ds_meta=keysteps.meta).eval(), load_part(LlakeyCommandPolicy, folder, "cpu")
     assert apart.forward(batch)[0].item() == pytest.approx(merged.forward(batch)[0].item(), abs=1e-4)
 
 

@@ -47,3 +47,12 @@ def test_a_model_whose_processor_is_missing_is_named(tmp_path):
         path.unlink()
     with pytest.raises(ValueError, match=r"Expected `model` "):
         load_pretrained(str(folder))
+
+
+def test_a_missing_package_is_named(tmp_path, monkeypatch):
+    def refuse(*_, **__):
+        raise ImportError("Package `num2words` is required to run SmolVLM processor.\nMore lines.")
+
+    monkeypatch.setattr("transformers.AutoProcessor.from_pretrained", refuse)
+    with pytest.raises(ValueError, match="got a machine without one; install it: Package `num2words` is required"):
+        load_pretrained(str(write_tiny("llava", tmp_path)))
