@@ -63,7 +63,7 @@ class Records:
     """The finished episodes of a table, in a file of JSON lines.
 
     A line is written in one piece and flushed to the disk before the episode counts as finished. A line that was only
-    half written when a run was killed is cut off when the file is opened again.
+    half written when a run was killed does not count and is cut off by the next record; reading alone changes nothing.
 
     Args:
         path: the file; made where it is missing.
@@ -75,11 +75,11 @@ class Records:
     def __init__(self, path: Path) -> None:
         self.path = path
         self.records: dict[tuple[str, str, str, int, int], Record] = {}
-        if path.exists():
-            _cut_unfinished_line(path)
-            for line in path.read_text().splitlines():
-                record = Record.from_line(line)
-                self.records.setdefault(record.trial.key, record)
+        content = path.read_bytes() if path.exists() else b""
+        self._end: int | None = content.rfind(b"\n") + 1
+        for line in content[: self._end].decode().splitlines():
+            record = Record.from_line(line)
+            self.records.setdefault(record.trial.key, record)
 
     def __contains__(self, trial: object) -> bool:
         return isinstance(trial, Trial) and trial.key in self.records
@@ -100,6 +100,9 @@ class Records:
             raise ValueError(f"Expected each episode once, got {record.trial} again; this is a mistake of the program.")
         file = os.open(self.path, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o644)
         try:
+            if self._end is not None:  # the first record of this run
+                os.ftruncate(file, self._end)
+                self._end = None
             line = f"{record.to_line()}\n".encode()
             while line:
                 line = line[os.write(file, line) :]
@@ -126,12 +129,3 @@ def alone_in(folder: Path) -> Iterator[None]:
                 "--output_dir."
             ) from error
         yield
-
-
-def _cut_unfinished_line(path: Path) -> None:
-    content = path.read_bytes()
-    end = content.rfind(b"\n") + 1
-    if end < len(content):
-        with path.open("r+b") as file:
-            file.truncate(end)
-            os.fsync(file.fileno())

@@ -28,9 +28,10 @@ def test_a_half_written_line_is_cut_off(tmp_path: Path, share: float) -> None:
     records.add(_record(1))
     whole = path.read_bytes()
     line = (_record(2).to_line() + "\n").encode()
-    path.write_bytes(whole + line[: max(1, int(share * len(line)))])
+    left = whole + line[: max(1, int(share * len(line)))]
+    path.write_bytes(left)
     again = Records(path)
-    assert len(again) == 2 and path.read_bytes() == whole
+    assert len(again) == 2 and path.read_bytes() == left
     assert _record(2).trial not in again and _record(1).trial in again
     again.add(_record(2))
     assert list(Records(path)) == [_record(0), _record(1), _record(2)]
