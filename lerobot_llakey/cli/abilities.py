@@ -82,7 +82,7 @@ def write_all(measured: Measured, folder: Path) -> None:
         plot(measured, folder / name)
         written.append(folder / name)
     write_results(folder, measured.summary())
-    print("\n".join(f"{path.stem}: {path}" for path in written))
+    print("\n".join(f"written: {path}" for path in written))
 
 
 def main() -> None:
