@@ -45,29 +45,26 @@ def nearest_known(text: str, known: Iterable[str]) -> str | None:
 
 
 def nearest_forms(text: str, count: int = _FORMS) -> list[str]:
-    """The forms of basic actions that read most like a text, best first, as "grasp <thing>".
+    """The forms of basic actions that read most like a text, best first, as "grasp <thing>"; one for each template.
 
-    Only the words of a form count, not what fills it; its verb counts twice.
+    Only the words of a form count, not what fills it: its verb, looked for where the text begins, counts twice.
     """
     words = _plain(text).split()
-    ranked = sorted(instructions.TEMPLATES.values(), key=lambda template: -max(_likeness(words, template)))
-    forms = [
-        template.texts[max(range(len(scores)), key=scores.__getitem__)]
-        for template in ranked[:count]
-        for scores in [_likeness(words, template)]
+    best = [
+        max(template.texts, key=lambda form: _likeness(words, form)) for template in instructions.TEMPLATES.values()
     ]
-    return [_shown(form) for form in forms]
+    return [_shown(form) for form in sorted(best, key=lambda form: _likeness(words, form), reverse=True)[:count]]
 
 
-def _likeness(words: list[str], template: instructions.Template) -> list[float]:
-    """For each wording, how much of its fixed words is found among those of a text, 0..1."""
-    scores = []
-    for form in template.texts:
-        fixed = _SLOT.sub(" ", form).split()
-        weights = [_VERB_WEIGHT] + [1.0] * (len(fixed) - 1)
-        found = [max((SequenceMatcher(None, word, other).ratio() for other in words), default=0.0) for word in fixed]
-        scores.append(sum(w * f for w, f in zip(weights, found, strict=True)) / sum(weights))
-    return scores
+def _likeness(words: list[str], form: str) -> tuple[float, int]:
+    """How much of a form's fixed words is found in a text, 0..1, and how many there are, for forms found alike."""
+    verb, *others = _SLOT.sub(" ", form).split()
+    found = _VERB_WEIGHT * _nearest(verb, words[:2]) + sum(_nearest(word, words) for word in others)
+    return found / (_VERB_WEIGHT + len(others)), len(others)
+
+
+def _nearest(word: str, words: list[str]) -> float:
+    return max((SequenceMatcher(None, word, other).ratio() for other in words), default=0.0)
 
 
 def _shown(form: str) -> str:

@@ -81,7 +81,7 @@ def build_page(session: Session) -> Any:
             with gr.Column(scale=4):
                 standing = gr.HTML(markup.standing_html(now))
                 with gr.Row():
-                    accept = gr.Button("Accept: one step", variant="primary", elem_id="accept")
+                    accept = gr.Button("Accept", variant="primary", elem_id="accept")
                     run = gr.Button("Run", elem_id="run", min_width=80)
                     pause = gr.Button("Pause", elem_id="pause", min_width=80)
                     stop = gr.Button("Stop", variant="stop", elem_id="stop", min_width=80)

@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 import logging
-import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
 from pathlib import Path
-from typing import Any
-
-import numpy as np
 
 from lerobot_llakey import schema
+from lerobot_llakey.drive.board import Board
+from lerobot_llakey.drive.driver import Driver
 from lerobot_llakey.drive.hints import read_instruction
 from lerobot_llakey.drive.pilot import ROW, Pilot
-from lerobot_llakey.drive.ride import VIEWER, Ride
 from lerobot_llakey.drive.snapshot import Snapshot
 from lerobot_llakey.policies.hierarchy.commanders.corrections import Hold
 from lerobot_llakey.sim.env import LlakeySimEnv
@@ -49,27 +45,21 @@ class Session:
         self.known = pilot.known
         self.free_text = pilot.corrections.free_text
         self._corrections = pilot.corrections
-        self._ride = Ride(pilot, make_env, output_dir, self._show_frame)
-        self._split, self._pause_seconds = split, pause_seconds
-        self._changed = threading.Condition()
-        self._snapshot = Snapshot()
+        self._split = split
+        self._board = Board()
+        self._driver = Driver(pilot, make_env, output_dir, pause_seconds, self._board)
         self._closed = False
-        self._going = False  # whether a job that goes on is queued or at work
-        self._wishes: list[Callable[[], object]] = []
         self._worker = ThreadPoolExecutor(max_workers=1, thread_name_prefix="drive")
 
     # What front ends ask.
 
     def snapshot(self) -> Snapshot:
         """The present moment."""
-        with self._changed:
-            return self._snapshot
+        return self._board.now
 
     def wait_for(self, condition: Callable[[Snapshot], bool], timeout: float | None = None) -> Snapshot:
-        """The first snapshot that fulfils a condition, or the last one when the time (seconds) is over."""
-        with self._changed:
-            self._changed.wait_for(lambda: condition(self._snapshot), timeout)
-            return self._snapshot
+        """The first moment that fulfils a condition, or the last one when the time (seconds) is over."""
+        return self._board.wait_for(condition, timeout)
 
     def settle(self) -> Snapshot:
         """The snapshot after all commands given so far; a running drive goes on afterwards."""
@@ -92,10 +82,10 @@ class Session:
         if len(tasks) != 1:
             raise ValueError(f"Expected one task, got {task!r}; name one, and start the others later.")
         schema.scene_seed(self._split, seed)
-        with self._changed:
-            self._wishes.clear()
-            self._publish(phase="preparing", running=False, proposal=None, note="")
-        self._submit(lambda: self._begin(tasks[0], seed))
+        with self._board.changed:
+            self._driver.wishes.clear()
+            self._board.publish(phase="preparing", running=False, proposal=None, note="")
+        self._submit(lambda: self._driver.begin(tasks[0], seed))
 
     def step(self) -> None:
         """Carry the proposal out.
@@ -103,40 +93,46 @@ class Session:
         Raises:
             ValueError: if there is no proposal, a correction has not become one yet, or the drive is running.
         """
-        with self._changed:
-            now = self._snapshot
-            phase = "preparing" if self._wishes and now.phase == "waiting" else now.phase
+        with self._board.changed:
+            now = self._board.now
+            phase = "preparing" if self._driver.wishes and now.phase == "waiting" else now.phase
             if phase != "waiting" or now.running:
                 state = "a running drive" if now.running else f"a drive that is {phase}"
                 raise ValueError(f"Expected a drive that waits with a proposal, got {state}; pause, or start one.")
-            self._publish(phase="moving")
-        self._submit(self._step)
+            self._board.publish(phase="moving")
+        self._submit(self._driver.step)
 
-    def run(self) -> None:
+    def run(self, steps: int | None = None) -> None:
         """Carry out proposal after proposal until :meth:`pause`, success or the end.
 
+        Args:
+            steps: at most so many; None for no limit.
+
         Raises:
-            ValueError: if there is no episode.
+            ValueError: if there is no episode, or no step to take.
         """
-        with self._changed:
-            if self._snapshot.running:
+        if steps is not None and steps < 1:
+            raise ValueError(f"Expected at least 1 step to run, got {steps}; say how many.")
+        with self._board.changed:
+            if self._board.now.running:
                 return
-            if self._snapshot.phase in ("over", "failed"):
-                raise ValueError(f"Expected an episode, got a drive that is {self._snapshot.phase}; start one first.")
-            self._publish(running=True, note="")
-            if self._going:
+            if self._board.now.phase in ("over", "failed"):
+                raise ValueError(f"Expected an episode, got a drive that is {self._board.now.phase}; start one first.")
+            self._driver.left = steps
+            self._board.publish(running=True, note="")
+            if self._driver.going:
                 return
-            self._going = True
+            self._driver.going = True
         self._submit(self._go_on)
 
     def pause(self) -> None:
         """Let the present step be the last one for now."""
-        self._publish(running=False)
+        self._board.publish(running=False)
 
     def stop(self) -> None:
         """End the episode after the present step, and write its video."""
-        self._publish(running=False)
-        self._submit(self._end)
+        self._board.publish(running=False)
+        self._submit(self._driver.end)
 
     def correct(self, text: str, hold: Hold = "once") -> str:
         """Put a person's words in the place of the proposal.
@@ -165,97 +161,30 @@ class Session:
 
     def tell(self, note: str) -> None:
         """Show the person a note."""
-        self._publish(note=note)
+        self._board.publish(note=note)
 
     def close(self) -> None:
         """End the episode, write its video and free the simulator; the session is over then, for good."""
         if self._closed:
             return
         self._closed = True
-        self._publish(running=False)
-        self._submit(self._ride.close)
+        self._board.publish(running=False)
+        self._submit(self._driver.close)
         self._worker.shutdown(wait=True)
-
-    # What the worker does.
-
-    def _begin(self, task: str, seed: int) -> None:
-        self._publish(phase="preparing")
-        self._ride.begin(task, seed)
-        self._publish(task=task, seed=seed, steps=(), folder=self._ride.folder, video=None)
-        self._propose()
-
-    def _propose(self) -> None:
-        with self._changed:
-            wishes, self._wishes = self._wishes, []
-        for wish in wishes:
-            wish()
-        proposal = self._ride.propose()
-        self._publish(
-            phase="waiting",
-            proposal=proposal,
-            held=self._corrections.held(ROW),
-            own_goal=self._ride.own_goal,
-            goal=self._ride.goal,
-            pictures=self._ride.pictures,
-        )
-
-    def _take_wishes(self) -> None:
-        if self._wishes and self._snapshot.phase == "waiting":
-            self._propose()
-
-    def _step(self) -> None:
-        self._publish(phase="moving")
-        driven = self._ride.step()
-        steps = (*self._snapshot.steps, driven)
-        if driven.result == "success":
-            self._publish(steps=steps, running=False, note=f"Done after {len(steps)} steps.")
-        else:
-            self._publish(steps=steps, note=f"The arm did not move: {driven.failure}." if driven.failure else "")
-        if self._ride.over:
-            self._end()
-            self._publish(note=f"Out of steps after {len(steps)}.")
-        else:
-            self._propose()
-
-    def _go_on(self) -> None:
-        while True:
-            with self._changed:
-                self._changed.wait_for(lambda: bool(self._wishes) or not self._snapshot.running, self._pause_seconds)
-                if not self._snapshot.running or self._snapshot.phase != "waiting":
-                    self._going = False
-                    return
-                wished = bool(self._wishes)
-            if not wished:
-                break
-            self._propose()
-        self._step()
-        with self._changed:
-            self._going = self._snapshot.running
-        if self._going:
-            self._submit(self._go_on)
-
-    def _end(self) -> None:
-        video = self._ride.end()
-        if video is not None:
-            self._publish(phase="over", running=False, proposal=None, held=None, video=video, note="Stopped.")
-
-    def _show_frame(self, frame: np.ndarray) -> None:
-        self._publish(pictures={**self._snapshot.pictures, VIEWER: frame})
 
     # How it is kept in order.
 
-    def _wish(self, wish: Callable[[], object]) -> None:
-        with self._changed:
-            if self._snapshot.phase in ("over", "failed"):
-                raise ValueError(f"Expected an episode, got a drive that is {self._snapshot.phase}; start one first.")
-            self._wishes.append(wish)
-            self._publish(note="")
-        self._submit(self._take_wishes)
+    def _go_on(self) -> None:
+        if self._driver.go_on():
+            self._submit(self._go_on)
 
-    def _publish(self, **changes: Any) -> None:
-        with self._changed:
-            self._snapshot = replace(self._snapshot, version=self._snapshot.version + 1, **changes)
-            self._changed.notify_all()
+    def _wish(self, wish: Callable[[], object]) -> None:
+        with self._board.changed:
+            if self._board.now.phase in ("over", "failed"):
+                raise ValueError(f"Expected an episode, got a drive that is {self._board.now.phase}; start one first.")
+            self._driver.wishes.append(wish)
+            self._board.publish(note="")
+        self._submit(self._driver.take_wishes)
 
     def _submit(self, job: Callable[[], object]) -> None:
         self._worker.submit(self._guarded, job)
@@ -265,5 +194,5 @@ class Session:
             job()
         except Exception as error:  # the worker must live on, and the person must know
             logging.exception("The drive failed.")
-            self._going = False
-            self._publish(phase="failed", running=False, proposal=None, note=str(error))
+            self._driver.going = False
+            self._board.publish(phase="failed", running=False, proposal=None, note=str(error))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 from lerobot_llakey.drive.driven_step import DrivenStep
 from lerobot_llakey.drive.session import Session
@@ -84,19 +85,17 @@ class Terminal:
         return self._show(session.settle(), len(before.steps))
 
     def _run(self, steps: int | None) -> None:
-        now = self._session.snapshot()
-        last = None if steps is None else len(now.steps) + steps
-        self._session.run()
+        shown = len(self._session.snapshot().steps)
+        self._session.run(steps)
         try:
-            while now.running or now.phase == "waiting":
-                shown = len(now.steps)
-                now = self._session.wait_for(lambda s, shown=shown: len(s.steps) > shown or not s.running)  # type: ignore[misc]
-                if not now.running or (last is not None and len(now.steps) >= last):
+            while True:
+                now = self._session.wait_for(partial(_news, shown))
+                if not now.running:
                     break
                 self._say("\n".join(map(step_line, now.steps[shown:])))
+                shown = len(now.steps)
         except KeyboardInterrupt:
-            shown = len(now.steps)
-        self._session.pause()
+            self._session.pause()
         self._show(self._session.settle(), shown)
 
     def _show(self, now: Snapshot, shown: int) -> None:
@@ -107,6 +106,11 @@ class Terminal:
             (now.folder / PICTURE_FILE).write_bytes(jpeg(one_picture(now.pictures)))
         for line in standing(now):
             self._say(line)
+
+
+def _news(shown: int, now: Snapshot) -> bool:
+    """Whether a run has got beyond the first ``shown`` steps, or ended."""
+    return len(now.steps) > shown or not now.running
 
 
 def step_line(step: DrivenStep) -> str:

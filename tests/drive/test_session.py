@@ -57,7 +57,7 @@ def test_a_run_ends_with_success_and_leaves_log_and_video(session: Session) -> N
 
 
 def test_pausing_keeps_the_drive_where_it_is(session: Session) -> None:
-    session._pause_seconds = 30.0  # a proposal stands until someone says something
+    session._driver.pause_seconds = 30.0  # a proposal stands until someone says something
     _start(session)
     session.run()
     assert session.snapshot().running
@@ -135,7 +135,7 @@ def test_words_outside_the_grammar_change_nothing_and_are_explained(session: Ses
 
 
 def test_a_correction_during_a_run_is_shown_and_done_next(session: Session) -> None:
-    session._pause_seconds = 30.0
+    session._driver.pause_seconds = 30.0
     _start(session)
     session.run()
     session.correct(RAISE)

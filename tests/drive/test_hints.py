@@ -1,0 +1,46 @@
+"""Words outside the grammar are answered with what would be read."""
+
+import pytest
+
+from lerobot_llakey import instructions
+from lerobot_llakey.drive.hints import explain, nearest_forms, read_instruction
+
+KNOWN = ["grasp the top handle", "grasp the bottom handle", "pull the top drawer open"]
+
+
+def test_what_can_be_read_is_made_canonical() -> None:
+    assert read_instruction(" Grab the  top handle. ", KNOWN) == "grasp the top handle"
+
+
+@pytest.mark.parametrize(
+    ("text", "form"),
+    [
+        ("gras the handle", "grasp <thing>"),
+        ("move to the middle of the jar", "move to the <top|front|back|left side|right side|bottom> of <thing>"),
+        ("skrew the lid in", "screw <thing> in"),
+        ("twist lid inn", "twist <thing> in"),
+        ("push the lid too the jar", "push <thing> to <target>"),
+    ],
+)
+def test_the_nearest_form_comes_first(text: str, form: str) -> None:
+    assert nearest_forms(text)[0] == form
+
+
+def test_the_sentence_names_text_suggestion_forms_and_that_nothing_moved() -> None:
+    with pytest.raises(ValueError) as error:
+        read_instruction("grap the top handel", KNOWN)
+    sentence = str(error.value)
+    assert sentence.startswith("Expected a basic action, got 'grap the top handel'; did you mean 'grasp ")
+    assert "<thing>" in sentence and sentence.endswith("Nothing was moved.") and "\n" not in sentence
+
+
+def test_without_anything_near_only_forms_are_named() -> None:
+    assert "did you mean" not in explain("dance", KNOWN) and "the nearest forms are" in explain("", KNOWN)
+
+
+def test_a_form_with_its_slots_filled_is_read() -> None:
+    for template in instructions.TEMPLATES.values():
+        for text in template.texts:
+            filled = text.format(pose="top", thing="the lid", target="the jar", held="the cup")
+            assert read_instruction(filled)
+            assert text.split()[0] == nearest_forms(filled, count=1)[0].split()[0]

@@ -1,0 +1,72 @@
+"""The pilot says what it will do, and then does just that."""
+
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from lerobot_llakey.drive.pilot import ROW, Pilot
+from lerobot_llakey.evaluation.rollout import Agent
+from lerobot_llakey.policies.hierarchy.commanders.commander import Said
+
+GOAL = "open the top drawer"
+
+
+@pytest.fixture
+def observation(make_env: Any) -> Any:
+    env = make_env("open_drawer")
+    yield env.reset(seed=3)[0]
+    env.close()
+
+
+def test_proposing_often_changes_nothing(pilot: Pilot, agent: Agent, observation: Any) -> None:
+    pilot.reset()
+    proposals = [pilot.propose(GOAL, observation) for _ in range(6)]
+    assert len(set(proposals)) == 1
+    _, step = pilot.act()
+    assert step.instruction == proposals[0].instruction and (step.index, step.repeats) == (0, 0)
+    pilot.propose(GOAL, observation)
+    assert pilot.act()[1].repeats == 1 and len(agent.policy.log[ROW]) == 2
+
+
+def test_unreadable_words_are_shown_with_what_takes_their_place(pilot: Pilot, script: Any, observation: Any) -> None:
+    script.ask = lambda *arguments, **options: [Said("dance", "policy", 0.5)]
+    pilot.reset()
+    proposal = pilot.propose(GOAL, observation)
+    assert (proposal.instruction, proposal.source) == ("raise the robotic arm", "fallback")
+    assert (proposal.said, proposal.likelihood) == ("dance", None)
+    assert pilot.act()[1].source == "fallback"
+
+
+def test_words_asked_for_again_are_those_that_are_done(
+    pilot: Pilot, agent: Agent, script: Any, observation: Any
+) -> None:
+    agent.policy.loop.config = replace(agent.policy.config, ask_again=True)
+
+    def ask(*arguments: Any, sample: bool = False, seeds: Any = ()) -> list[Said]:
+        asked = sample or (len(arguments) > 3 and arguments[3])
+        return [Said("grasp the lid", "policy", 0.2) if asked else Said("dance", "policy", 0.5)]
+
+    script.ask = ask
+    pilot.reset()
+    proposal = pilot.propose(GOAL, observation)
+    assert (proposal.instruction, proposal.likelihood) == ("grasp the lid", 0.2)
+    _, step = pilot.act()
+    assert (step.instruction, step.asked_again) == ("grasp the lid", 1)
+
+
+def test_a_person_comes_first_and_a_goal_reaches_the_policy(pilot: Pilot, script: Any, observation: Any) -> None:
+    pilot.reset()
+    pilot.corrections.change_task(ROW, "open the bottom drawer")
+    assert pilot.propose(GOAL, observation).source == "policy" and script.goals == ["open the bottom drawer"]
+    pilot.corrections.say(ROW, "grab the moon")
+    proposal = pilot.propose(GOAL, observation)
+    assert (proposal.instruction, proposal.source) == ("grasp the moon", "person")
+    step = pilot.act()[1]
+    assert (step.instruction, step.source, step.task) == ("grasp the moon", "person", "open the bottom drawer")
+
+
+def test_a_policy_without_a_hierarchy_is_refused(agent: Agent) -> None:
+    with pytest.raises(ValueError, match="Expected a checkpoint of type 'llakey', got one of type 'llakey_action'"):
+        policy = type("Action", (), {"name": "llakey_action"})()
+        Pilot(replace(agent, policy=policy))
