@@ -24,7 +24,7 @@ def test_a_table_without_a_single_checkpoint_is_refused(tmp_path: Path) -> None:
     rows = tmp_path / "rows.yaml"
     rows.write_text(
         "- {name: ours, policy_path: no/where/at_all}\n"
-        "- {name: chat, policy_path: no, overrides: {command.base_url: , command.model: x}}\n"
+        "- {name: chat, policy_path: nowhere, overrides: {command.base_url: , command.model: x}}\n"
     )
     reasons = r"ours: no checkpoint at no/where/at_all; chat: command\.base_url is not"
     with pytest.raises(FileNotFoundError, match=reasons):
