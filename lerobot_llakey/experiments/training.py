@@ -109,11 +109,11 @@ class Training:
             found = _BAR.findall(file.read().decode(errors="replace"))
         return steps - int(found[-1][1]) + int(found[-1][0]) if found else 0
 
-    def last_words(self, count: int = 1) -> str:
-        """The last lines of the log."""
+    def last_words(self) -> str:
+        """The last line of the log that tells of an error; the last one at all where none does."""
         text = self.log.read_text(errors="replace") if self.log.is_file() else ""
         lines: Sequence[str] = [line.strip() for line in re.split(r"[\r\n]+", text) if line.strip()]
-        return " ".join(lines[-count:])
+        return next((line for line in reversed(lines) if "Error" in line), lines[-1] if lines else "")
 
     def _recipe(self) -> dict[str, Any]:
         return _read(find_config(self.settings.recipe))
