@@ -62,6 +62,13 @@ class Data:
         return self._keysteps("all") if len(self.training) > 1 else self._keysteps(BASE)
 
     @property
+    def drawn_roots(self) -> tuple[Path, ...]:
+        """Keysteps that are drawn from demonstrations, and what is joined of them."""
+        if not self.settings.demonstrations:
+            return (self.command_root,) if len(self.training) > 1 else ()
+        return (*(self._keysteps(part.name) for part in self.training), self._keysteps("all"))
+
+    @property
     def val_root(self) -> Path:
         """Keysteps of unseen scenes."""
         return self._keysteps(VAL)

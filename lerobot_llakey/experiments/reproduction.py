@@ -151,13 +151,12 @@ class Reproduction:
     def _keysteps(self) -> Stage:
         data = self.data
         drawn = data.episodes if self.scale.data.demonstrations else 0
-        produces = tuple(dict.fromkeys((data.action_root, data.command_root))) if drawn else ()
         return Stage(
             "keysteps",
             "the training samples of the paper",
             {},
             ("collect",),
-            produces,
+            data.drawn_roots,
             data.draw_keysteps,
             seconds=lambda rates: drawn * rates.keysteps,
         )
