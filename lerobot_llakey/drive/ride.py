@@ -17,7 +17,7 @@ from lerobot_llakey.sim.env import LlakeySimEnv
 
 VIEWER = "viewer"
 """Name of the human's picture beside those of the policy's cameras."""
-STEPS_FILE, VIDEO_FILE = "steps.jsonl", "episode.mp4"
+STEPS_FILE, VIDEO_FILE = "steps.jsonl", "video.mp4"
 
 
 class Ride:

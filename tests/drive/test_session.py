@@ -47,7 +47,7 @@ def test_a_run_ends_with_success_and_leaves_log_and_video(session: Session) -> N
     assert [step.result for step in now.steps] == ["moved", "moved", "success"] and "Done" in now.note
     session.stop()
     over = session.settle()
-    assert over.phase == "over" and over.proposal is None and over.video == over.folder / "episode.mp4"
+    assert over.phase == "over" and over.proposal is None and over.video == over.folder / "video.mp4"
     lines = _lines(over.folder)
     assert [line["result"] for line in lines] == ["moved", "moved", "success"]
     assert lines[0]["instruction"] == "move to the front of the top handle" and lines[0]["source"] == "policy"
@@ -173,7 +173,7 @@ def test_another_scene_forgets_corrections_and_goal(session: Session) -> None:
     now = _start(session, "close_jar", 1)
     assert now.held is None and now.goal == now.own_goal != first.own_goal and now.proposal.source == "policy"
     assert (now.task, now.seed, now.steps, now.video) == ("close_jar", 1, (), None)
-    assert (first.folder / "episode.mp4").stat().st_size > 500  # the one before was ended
+    assert (first.folder / "video.mp4").stat().st_size > 500  # the one before was ended
     again = _start(session)
     assert again.folder.name == "open_drawer_003_2"
 
@@ -249,4 +249,4 @@ def test_many_threads_may_watch_and_command(session: Session) -> None:
 def test_closing_ends_the_episode(session: Session) -> None:
     folder = _start(session).folder
     session.close()
-    assert (folder / "episode.mp4").exists()
+    assert (folder / "video.mp4").exists()
