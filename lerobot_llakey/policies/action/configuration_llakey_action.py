@@ -31,7 +31,7 @@ FRAMES = ("view", "hand", "base")
 class LlakeyActionConfig(KeyframePolicyConfig):
     """An RVT-like keyframe policy (LLaKey section III-D; RVT; RVT-2 for the zoomed second stage).
 
-    ``configs/`` holds the settings of RVT and RVT-2 as published; the defaults are those of the small policy that ships.
+    ``configs/`` holds the settings of RVT and RVT-2 as published; the defaults are the shipped policy's.
 
     Attributes:
         design: the network: "small", "rvt" or "rvt2", see :mod:`designs`.
