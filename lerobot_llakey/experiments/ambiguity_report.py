@@ -80,7 +80,7 @@ def ambiguity_page(plan: Plan, summary: Sequence[Mapping[str, Any]]) -> str:
         "bulbs for which the command policy said to screw; verbs lead where it follows the wording and not the bulb. "
         f"The paper's figures (section I) are of its own model in {SIMULATOR}, told the skill instruction, and "
         "stand beside our baseline.",
-        *(f"- {line}" for line in findings(summary)),
+        "\n".join(f"- {line}" for line in findings(summary)),
     ]
     return "\n\n".join(parts) + "\n"
 
