@@ -35,6 +35,7 @@ def test_an_ended_training_goes_on_and_a_failing_one_says_why(tmp_path: Path) ->
     assert training.steps_saved() == saved + 2 and done[0][1] > 0
     assert f"{saved + 2}/{saved + 2}" not in training.log.read_text(), "it began anew"
 
-    broken = replace(training, output_dir=tmp_path / "broken", root=tmp_path / "nowhere")
+    wrong = replace(settings, arguments=[*SMALL, "--policy.views=[nowhere]"])
+    broken = replace(training, settings=wrong, output_dir=tmp_path / "broken")
     with pytest.raises(RuntimeError, match="Expected the training tiny to reach step 400, got exit status 1"):
         train_all([broken], 1, lambda *_: None)
