@@ -2,7 +2,8 @@
 
 import pytest
 
-from lerobot_llakey.experiments.wordings import PAPER, TESTS, TRAININGS, reword, tested_wording, trained_wording
+from lerobot_llakey.experiments import wordings
+from lerobot_llakey.experiments.wordings import PAPER, TESTS, TRAININGS, reword, trained_wording
 from lerobot_llakey.sim.tasks.put_bulb import LOOSE, SCREWED
 
 RED, BLUE = "put the red light bulb in the purple box", "put the blue light bulb in the orange box"
@@ -20,15 +21,18 @@ def test_two_wordings_name_the_unscrewing() -> None:
 
 @pytest.mark.parametrize("training", TRAININGS)
 def test_swapped_verbs_are_those_of_the_other_sequence(training: str) -> None:
-    assert tested_wording(training, "swapped", RED, SCREWED) == RED
-    swapped = tested_wording(training, "swapped", BLUE, LOOSE)
+    assert wordings.tested_wording(training, "swapped", RED, SCREWED) == RED
+    swapped = wordings.tested_wording(training, "swapped", BLUE, LOOSE)
     assert swapped == "unscrew the blue light bulb and put it into the orange box"
 
 
 @pytest.mark.parametrize(("training", "sequence"), [("one", SCREWED), ("two", LOOSE)])
 def test_the_papers_own_changes(training: str, sequence: int) -> None:
-    assert tested_wording(training, "removed", RED, sequence) == "red light bulb, purple box"
-    assert tested_wording(training, "replaced", RED, sequence) == "take the red light bulb and it into the purple box"
+    assert wordings.tested_wording(training, "removed", RED, sequence) == "red light bulb, purple box"
+    assert (
+        wordings.tested_wording(training, "replaced", RED, sequence)
+        == "take the red light bulb and it into the purple box"
+    )
 
 
 def test_another_tasks_instruction_is_refused() -> None:
