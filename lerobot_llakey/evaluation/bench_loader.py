@@ -16,14 +16,12 @@ from lerobot_llakey.evaluation.bench_policy import bench_policy
 
 WORKERS = (0, 1, 2, 4, 8, 16)
 """Numbers of the loader's processes that are measured, as far as the machine has cores."""
-ACTION_SMALL: dict[str, Any] = {"view_size": 80, "crop_size": 0.2}
-"""What costs time among the settings of ``configs/action_small.yaml``."""
 _PROFILED = 200
 """Samples at most whose loading is taken apart."""
 
 
 def bench_loader(dataset: LeRobotDataset, batch_size: int, steps: int, device: str) -> dict[str, Any]:
-    """Load samples alone, then train ``action_small`` alone, as often on one machine.
+    """Load samples alone, then train the action policy's defaults alone, as often on one machine.
 
     Args:
         dataset: keysteps, whose pictures are PNGs.
@@ -41,7 +39,7 @@ def bench_loader(dataset: LeRobotDataset, batch_size: int, steps: int, device: s
         for workers in WORKERS
         if workers <= cores or workers <= 1
     }
-    training = bench_policy("llakey_action", dataset, batch_size, steps, device, **ACTION_SMALL)
+    training = bench_policy("llakey_action", dataset, batch_size, steps, device)
     figures = {key: training[key] for key in ("batch_size", "device", "threads", "training_samples_per_second")}
     for workers, speed in loading.items():
         figures[f"samples_per_second_{workers}_workers"] = speed

@@ -10,7 +10,7 @@ from lerobot.datasets.lerobot_dataset import LeRobotDataset
 import lerobot_llakey  # noqa: F401 - registers the policies
 from fakes import fake_keysteps
 from lerobot_llakey.evaluation import bench_loader
-from lerobot_llakey.evaluation.bench_loader import ACTION_SMALL, loading_cost, loading_speed
+from lerobot_llakey.evaluation.bench_loader import loading_cost, loading_speed
 
 RECIPE = Path(__file__).parents[2] / "configs" / "action_small.yaml"
 
@@ -23,12 +23,10 @@ def dataset(tmp_path_factory: pytest.TempPathFactory) -> LeRobotDataset:
 def test_training_is_that_of_the_recipe() -> None:
     policy = draccus.parse(TrainPipelineConfig, str(RECIPE), args=[]).policy
     assert policy is not None
-    assert {key: getattr(policy, key) for key in ACTION_SMALL} == ACTION_SMALL
     default = type(policy)()
     costly = {"view_size", "crop_size", "widths", "blocks", "transformer_layers", "text_layers", "views", "stages"}
-    costly |= {"dtype", "design", "colour_queries", "splat_radius", "rotation", "text_model"}
-    differing = {key for key in costly if getattr(policy, key) != getattr(default, key)}
-    assert differing == set(ACTION_SMALL), "name every setting that costs time"
+    costly |= {"dtype", "design", "colour_queries", "splat_radius", "rotation", "text_model", "muon"}
+    assert {key for key in costly if getattr(policy, key) != getattr(default, key)} == set()
 
 
 def test_more_batches_are_loaded_than_the_dataset_has(dataset: LeRobotDataset) -> None:
@@ -39,7 +37,6 @@ def test_workers_are_as_many_as_the_machine_has_cores(dataset: LeRobotDataset, m
     monkeypatch.setattr(bench_loader.os, "cpu_count", lambda: 4)
     asked: list[int] = []
     monkeypatch.setattr(bench_loader, "loading_speed", lambda *options: asked.append(options[-1]) or 60.0)
-    monkeypatch.setattr(bench_loader, "ACTION_SMALL", {"view_size": 32})
     figures = bench_loader.bench_loader(dataset, 2, 1, "cpu")
     assert asked == [0, 1, 2, 4]
     training = figures["training_samples_per_second"]

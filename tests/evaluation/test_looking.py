@@ -45,7 +45,7 @@ def test_the_decision_is_where_the_last_stage_is_hottest(dataset: LeRobotDataset
     fine = seen.stages[-1]
     place = fine.local(seen.predicted[schema.POSITION])
     assert ((place > 0) & (place < 1)).all()
-    assert fine.extent.tolist() == pytest.approx([0.24] * 3, abs=1e-4)
+    assert fine.extent.tolist() == pytest.approx([policy(2).config.crop_size] * 3, abs=1e-4)
 
 
 def test_nothing_stays_attached_to_the_policy(dataset: LeRobotDataset) -> None:
