@@ -28,7 +28,7 @@ from lerobot_llakey.policies.action.heads.losses import (
     share_turned_less,
     share_within,
 )
-from lerobot_llakey.policies.action.heads.points import locate
+from lerobot_llakey.policies.action.heads.points import locate, with_prior
 from lerobot_llakey.policies.action.heads.pose_heads import PoseOutput
 from lerobot_llakey.policies.action.heads.targets import shrinking_sigma
 from lerobot_llakey.policies.action.networks.view_network import ViewOutput
@@ -173,8 +173,8 @@ class LlakeyActionPolicy(PreTrainedPolicy):
             local = locate(seen.heat, config.views)
             if self.fine is not None:
                 low, extent = self._crop(local)
-                seen = self.fine(scene, low, extent)
-                local = locate(seen.heat, config.views)
+                coarse, seen = seen, self.fine(scene, low, extent)
+                local = locate(with_prior(seen.heat, coarse.heat, low, extent, config.views), config.views)
             pose = self._read_pose(seen, local, scene, hand, torch.zeros_like(local[:, 0]))
         position = self._from_unit(low + local * extent)
         flags = torch.stack((pose.gripper.argmax(dim=-1), pose.collision.argmax(dim=-1)), dim=-1)

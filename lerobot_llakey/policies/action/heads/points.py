@@ -48,6 +48,37 @@ def locate(heat: Tensor, views: Sequence[str]) -> Tensor:
     return torch.stack(refined, dim=-1) / size
 
 
+def with_prior(heat: Tensor, coarse: Tensor, low: Tensor, extent: float, views: Sequence[str]) -> Tensor:
+    """A zoomed stage's logits, plus what the stage before thought of the same places.
+
+    The zoomed stage is trained on cubes that lie anywhere near the target, so alone it takes every place in its cube
+    for as likely beforehand. High above a target the cube may show nothing but air: then the first stage's word counts.
+    Where the zoomed stage is sure it is the sharper by the zoom, and the prior hardly moves its peak.
+
+    Args:
+        heat: (B, V, S, S) logits of the zoomed stage.
+        coarse: (B, V, S, S) logits of the first stage, over the unit cube.
+        low: (B, 3) lower corner of the zoomed cube in the unit cube.
+        extent: its edge.
+        views: the V names.
+
+    Returns:
+        (B, V, S, S) logits.
+    """
+    size = heat.shape[-1]
+    steps = (torch.arange(size, device=heat.device) + 0.5) / size * extent
+    corner = project(low, views)  # (B, V, 2)
+    rows, columns = (corner[..., axis, None] + steps for axis in (0, 1))
+    grid = torch.stack(
+        (columns[..., None, :].expand(*heat.shape), rows[..., None].expand(*heat.shape)), dim=-1
+    )  # (B, V, S, S, 2), columns first
+    logs = coarse.flatten(2).log_softmax(dim=-1).unflatten(2, coarse.shape[2:])
+    prior = nn.functional.grid_sample(
+        logs.flatten(0, 1)[:, None], grid.flatten(0, 1) * 2 - 1, "bicubic", "border", align_corners=False
+    )
+    return heat.flatten(2).log_softmax(dim=-1).unflatten(2, (size, size)) + prior.view_as(heat)
+
+
 def features_at(features: Tensor, points: Tensor, views: Sequence[str]) -> Tensor:
     """Bilinear features (B, V * C) at the projections of points (B, 3) of the unit cube; features (B, V, H, W, C)."""
     spots = project(points, views).flip(-1) * 2 - 1  # grid_sample wants x (columns) first

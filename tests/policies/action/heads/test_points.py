@@ -1,6 +1,6 @@
 import torch
 
-from lerobot_llakey.policies.action.heads.points import features_at, heat_weighted, locate
+from lerobot_llakey.policies.action.heads.points import features_at, heat_weighted, locate, with_prior
 from lerobot_llakey.policies.action.heads.targets import heat_target
 from lerobot_llakey.policies.action.networks.view_network import ViewOutput
 from lerobot_llakey.policies.action.views.renderer import project
@@ -22,6 +22,23 @@ def test_the_chosen_point_is_the_best_of_all_cells():
     )
     best = torch.stack(torch.unravel_index(score.argmax(), (9, 9, 9)))
     assert (locate(heat, VIEWS)[0] * 9 - 0.5 - best).abs().max() <= 0.5
+
+
+def log_heat(points: torch.Tensor, size: int) -> torch.Tensor:
+    return heat_target(project(points, VIEWS), size, 1.5).clamp(min=1e-12).log()
+
+
+def test_a_zoomed_stage_that_knows_nothing_leaves_the_place_to_the_first():
+    point, low, extent = torch.tensor([[0.43, 0.61, 0.52]]), torch.tensor([[0.38, 0.52, 0.4]]), 0.2
+    heat = with_prior(torch.zeros(1, 3, 40, 40), log_heat(point, 40), low, extent, VIEWS)
+    assert (low + locate(heat, VIEWS) * extent - point).abs().max() < 0.25 / 40
+
+
+def test_a_zoomed_stage_that_is_sure_decides():
+    point, low, extent = torch.tensor([[0.43, 0.61, 0.52]]), torch.tensor([[0.38, 0.52, 0.4]]), 0.2
+    sure = log_heat((point - low) / extent, 40)
+    heat = with_prior(sure, log_heat(point + 0.01, 40), low, extent, VIEWS)
+    assert (low + locate(heat, VIEWS) * extent - point).abs().max() < 0.25 * extent / 40
 
 
 def test_features_are_read_at_the_projections():
