@@ -51,6 +51,7 @@ class LlakeyActionConfig(KeyframePolicyConfig):
         rotation: "bins" predicts the three angles apart, "bins_in_turn" about x, then y, then z, each knowing those
             before it (RVT-2), "sixd" a continuous rotation (Zhou et al. 2019).
         rotation_bins: bins for each of the three angles over a full turn; 72 are 5 degrees each.
+        pose_context: read the pose from the first stage's features too: high above a thing the crop shows only air.
         rotation_frames: what rotations are told relative to, out of "view", "hand" and "base"; RVT's know "view" alone.
         text_model: a text model on the Hub or in a folder, frozen, whose features are kept for each text; None for
             the word-level encoder trained along, with text_width, text_layers, text_buckets and text_length (words).
@@ -93,6 +94,7 @@ class LlakeyActionConfig(KeyframePolicyConfig):
     use_timestep: bool = False
     rotation: str = "bins"
     rotation_bins: int = 72
+    pose_context: bool = False
     rotation_frames: list[str] = field(default_factory=lambda: list(FRAMES))
 
     text_model: str | None = None

@@ -32,14 +32,13 @@ from lerobot_llakey.policies.action.heads.points import locate, with_prior
 from lerobot_llakey.policies.action.heads.pose_heads import PoseOutput
 from lerobot_llakey.policies.action.heads.targets import shrinking_sigma
 from lerobot_llakey.policies.action.networks.view_network import ViewOutput
+from lerobot_llakey.policies.action.parameter_groups import parameter_groups
 from lerobot_llakey.policies.action.stage import Stage
 from lerobot_llakey.policies.action.text.conditioning import read_texts, reworded
 from lerobot_llakey.policies.action.text.word_encoder import QueryPool, TextRoles
 from lerobot_llakey.policies.action.views.scene import Scene
 
 CONDITION = 128
-MUON_LEAST = 32
-"""Rows and columns from which on a weight of the views' networks counts as a hidden matrix."""
 
 
 class LlakeyActionPolicy(PreTrainedPolicy):
@@ -85,23 +84,17 @@ class LlakeyActionPolicy(PreTrainedPolicy):
         self.fine = Stage(config, condition, width, config.splat_radius[1]) if config.stages == 2 else None
         network = (self.fine or self.coarse).network
         self.summary = nn.LayerNorm(network.summary_width)
+        self.context = nn.LayerNorm(network.summary_width) if config.pose_context and self.fine else None
         inputs = len(config.views) * network.feature_width + network.summary_width
+        inputs *= 1 if self.context is None else 2
         if self.design.grounded:
             inputs += CONDITION + felt
         self.pose = make_pose_head(config, inputs)
         self._rng = np.random.default_rng()
 
     def get_optim_params(self) -> list[dict[str, Any]]:
-        """Parameter groups: hidden matrices and kernels (for Muon), other weights, and vectors, which do not decay."""
-        hidden: list[nn.Parameter] = []
-        weights: list[nn.Parameter] = []
-        vectors: list[nn.Parameter] = []
-        for name, value in self.named_parameters():
-            if value.requires_grad:
-                is_hidden = self.config.muon and ".network." in name and min(value.shape[:2]) >= MUON_LEAST
-                (vectors if value.ndim < 2 else hidden if is_hidden else weights).append(value)
-        groups: list[dict[str, Any]] = [{"params": weights}, {"params": vectors, "weight_decay": 0.0}]
-        return [*groups, {"params": hidden, "muon": True}] if hidden else groups
+        """Parameter groups, see :func:`parameter_groups`."""
+        return parameter_groups(self.named_parameters(), self.config.muon)
 
     def reset(self) -> None:
         """Nothing to forget: each decision depends on the present observation alone."""
@@ -139,8 +132,7 @@ class LlakeyActionPolicy(PreTrainedPolicy):
             if self.fine is not None:
                 low, extent = self._crop(target + self._crop_noise(target))
                 looks["fine"] = (self.fine(scene, low, extent), (target - low) / extent)
-            seen, local = looks["fine"] if "fine" in looks else looks["coarse"]
-            pose = self._read_pose(seen, local, scene, hand, labels.heading, labels.quaternion)
+            pose = self._read_pose(list(looks.values()), scene, hand, labels.heading, labels.quaternion)
         loss, figures = self._loss(looks, pose, labels)
         if self.training:
             self.training_step += 1
@@ -169,14 +161,17 @@ class LlakeyActionPolicy(PreTrainedPolicy):
             texts = read_texts(batch, config)
             low, extent = torch.zeros(len(texts[0]), 3, device=self.workspace.device), 1.0
             scene = self._scene(cloud, hand, texts, torch.zeros_like(low))
-            seen = self.coarse(scene, low, extent)
-            local = locate(seen.heat, config.views)
+            coarse = self.coarse(scene, low, extent)
+            place = locate(coarse.heat, config.views)
+            looks = [(coarse, place)]
             if self.fine is not None:
-                low, extent = self._crop(local)
-                coarse, seen = seen, self.fine(scene, low, extent)
-                local = locate(with_prior(seen.heat, coarse.heat, low, extent, config.views), config.views)
-            pose = self._read_pose(seen, local, scene, hand, torch.zeros_like(local[:, 0]))
-        position = self._from_unit(low + local * extent)
+                low, extent = self._crop(place)
+                fine = self.fine(scene, low, extent)
+                local = locate(with_prior(fine.heat, coarse.heat, low, extent, config.views), config.views)
+                place = low + local * extent
+                looks = [(coarse, place), (fine, local)]
+            pose = self._read_pose(looks, scene, hand, torch.zeros_like(place[:, 0]))
+        position = self._from_unit(place)
         flags = torch.stack((pose.gripper.argmax(dim=-1), pose.collision.argmax(dim=-1)), dim=-1)
         return torch.cat((position, self.pose.quaternion(pose), flags.to(position)), dim=-1)
 
@@ -213,16 +208,21 @@ class LlakeyActionPolicy(PreTrainedPolicy):
 
     def _read_pose(
         self,
-        seen: ViewOutput,
-        local: Tensor,
+        looks: Sequence[tuple[ViewOutput, Tensor]],
         scene: Scene,
         hand: Proprioception,
         heading: Tensor,
         truth: Tensor | None = None,
     ) -> PoseOutput:
-        parts = [self.design.pool(seen, local, self.config.views), self.summary(seen.summary)]
+        """The pose from each stage's output with the point in its cube: the last stage's, or the first one's too."""
+        views = self.config.views
+        seen, point = looks[-1]
+        parts = [self.design.pool(seen, point, views), self.summary(seen.summary)]
         if self.design.grounded:
             parts += [scene.condition, hand.vector]
+        if self.context is not None:
+            seen, point = looks[0]
+            parts += [self.design.pool(seen, point, views), self.context(seen.summary)]
         return self.pose(torch.cat([part.float() for part in parts], dim=1), hand.angles, heading, truth)
 
     def _loss(

@@ -17,8 +17,9 @@ DESIGNS = pytest.mark.parametrize(
         {"design": "rvt2", "rotation": "bins_in_turn", "condition_on": "task", "use_timestep": True},
         {"stages": 1, "rotation": "sixd"},
         {"rotation": "bins_in_turn", "condition_on": "both", "use_timestep": True},
+        {"pose_context": True},
     ],
-    ids=["rvt", "rvt-twice", "rvt2", "small-once", "small-in-turn"],
+    ids=["rvt", "rvt-twice", "rvt2", "small-once", "small-in-turn", "small-in-context"],
 )
 
 
@@ -163,6 +164,15 @@ def test_every_design_trains_all_it_has_and_decides_alike_once_saved(settings, t
     assert action.shape == (2, schema.ACTION_DIM) and action.isfinite().all()
     policy.save_pretrained(tmp_path)
     assert torch.equal(LlakeyActionPolicy.from_pretrained(tmp_path).select_action(batch), action)
+
+
+@pytest.mark.parametrize("context", [False, True])
+def test_the_pose_is_read_from_the_first_stage_too_only_where_that_is_asked_for(context):
+    policy = make_policy(pose_context=context, position_weight=0.0)
+    loss, _ = policy.forward(observation(rows=2)[0])
+    loss.backward()
+    patches = policy.coarse.network.stem.linear.weight.grad
+    assert (patches is not None and bool(patches.any())) == context
 
 
 @DESIGNS
