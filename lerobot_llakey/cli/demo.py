@@ -41,8 +41,8 @@ class DemoConfig:
     """
 
     policy_path: str = "checkpoints/llakey_small"
-    task: str = "open_drawer,close_jar,move_block"
-    num_episodes: int = 4
+    task: str = "all"
+    num_episodes: int = 2
     num_videos: int = 1
     first_seed: int = 0
     split: str = "test"
