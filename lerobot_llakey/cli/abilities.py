@@ -12,10 +12,9 @@ from lerobot.configs import parser
 from lerobot.datasets.lerobot_dataset import LeRobotDataset
 
 from lerobot_llakey.cli.errors import one_sentence
-from lerobot_llakey.cli.output import write_results
-from lerobot_llakey.evaluation.abilities.measure import Measured, measure
-from lerobot_llakey.evaluation.abilities.plots import plot_abilities, plot_verbs
-from lerobot_llakey.evaluation.abilities.report import markdown, write_tables
+from lerobot_llakey.evaluation.abilities.files import write_abilities
+from lerobot_llakey.evaluation.abilities.measure import measure
+from lerobot_llakey.evaluation.abilities.report import markdown
 from lerobot_llakey.evaluation.rollout import Agent
 
 
@@ -71,18 +70,8 @@ def run(config: AbilitiesConfig) -> None:
     measured = measure(policy, agent.preprocessor, dataset, config.batch_size, config.max_samples, config.num_workers)
     print(markdown(measured))
     if config.output_dir is not None:
-        write_all(measured, config.output_dir)
-
-
-def write_all(measured: Measured, folder: Path) -> None:
-    """Write figures, tables and plots into a folder, and say where."""
-    folder.mkdir(parents=True, exist_ok=True)
-    written = write_tables(measured, folder)
-    for name, plot in (("abilities.png", plot_abilities), ("verbs.png", plot_verbs)):
-        plot(measured, folder / name)
-        written.append(folder / name)
-    write_results(folder, measured.summary())
-    print("\n".join(f"written: {path}" for path in written))
+        written = write_abilities(measured, config.output_dir)
+        print("\n".join(f"{path.stem}: {path}" for path in written))
 
 
 def main() -> None:

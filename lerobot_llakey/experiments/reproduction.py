@@ -8,12 +8,12 @@ from pathlib import Path
 
 from lerobot.datasets.lerobot_dataset import LeRobotDataset
 
+from lerobot_llakey.evaluation.abilities.files import write_abilities
 from lerobot_llakey.evaluation.abilities.measure import measure
 from lerobot_llakey.evaluation.protocol.experiment import Output, report_rollback, report_table, run_experiment
 from lerobot_llakey.evaluation.protocol.plan import Plan
 from lerobot_llakey.evaluation.protocol.rows import Row
 from lerobot_llakey.evaluation.rollout import Agent
-from lerobot_llakey.experiments.abilities import write_abilities
 from lerobot_llakey.experiments.ambiguity import Ambiguity, training_stage
 from lerobot_llakey.experiments.data import Data
 from lerobot_llakey.experiments.policies import ACTION, COMMAND, Policies

@@ -50,7 +50,7 @@ class LlakeyCommandConfig(PretrainedModelSettings, KeyframePolicyConfig):
         shift_pixels: training shifts each image by up to this many pixels each way.
         colour_jitter: training scales brightness and contrast by up to this share.
         synonym_probability: share of training answers worded anew by the grammar.
-        optimizer_lr: learning rate after a linear warm-up, then cosine to zero; None takes 2e-3 with Muon for the small
+        optimizer_lr: learning rate between its rise and its fall; None takes 2e-3 with Muon for the small
             model and 2e-5 with AdamW for a pretrained one.
         optimizer_weight_decay, optimizer_grad_clip_norm, scheduler_warmup_steps: the rest of the optimiser's settings.
         words, instructions: the small model's vocabulary and the known answers; filled from the training dataset.

@@ -26,16 +26,7 @@ def first_instruction(text: str) -> str:
     """
     lines = [_bare(line) for line in _THOUGHTS.sub("", text).partition(STOP)[0].splitlines()]
     lines = [line for line in lines if line]
-    return next(filter(is_instruction, lines), lines[0] if lines else "")
-
-
-def is_instruction(text: str) -> bool:
-    """Whether a text is in the grammar of basic actions."""
-    try:
-        instructions.parse(text)
-    except ValueError:
-        return False
-    return True
+    return next(filter(instructions.is_parsable, lines), lines[0] if lines else "")
 
 
 def _bare(line: str) -> str:

@@ -11,7 +11,8 @@ import os
 from collections.abc import Sequence
 from typing import Any
 
-from lerobot_llakey.policies.command.chat.answers import first_instruction, is_instruction
+from lerobot_llakey import instructions
+from lerobot_llakey.policies.command.chat.answers import first_instruction
 from lerobot_llakey.policies.command.chat.counts import ChatCounts
 from lerobot_llakey.policies.command.chat.messages import Message
 from lerobot_llakey.policies.command.chat.settings import ChatSettings
@@ -110,7 +111,7 @@ class ChatClient:
             return self._unanswered("nonsense", None)
         self._reached = True
         instruction = first_instruction(text)
-        unparsable = self.counts.answered(answer.retries_taken, is_instruction(instruction))
+        unparsable = self.counts.answered(answer.retries_taken, instructions.is_parsable(instruction))
         if unparsable.bit_count() == 1:  # at the first, second, fourth, eighth...
             log.warning(
                 "%s answered %r, which is no basic action: %d of %d answers so far.",

@@ -1,6 +1,7 @@
 import pytest
 
-from lerobot_llakey.policies.command.chat.answers import first_instruction, is_instruction
+from lerobot_llakey import instructions
+from lerobot_llakey.policies.command.chat.answers import first_instruction
 
 
 @pytest.mark.parametrize(
@@ -37,4 +38,4 @@ def test_the_first_basic_action_is_found(written):
 )
 def test_other_words_stay_as_they_are(written, left):
     assert first_instruction(written) == left
-    assert not is_instruction(left)
+    assert not instructions.is_parsable(left)
