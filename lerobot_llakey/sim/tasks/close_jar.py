@@ -15,6 +15,7 @@ from lerobot_llakey.sim.grip import Grip, hand_yaw
 from lerobot_llakey.sim.objects.jar import JAR_PARTS, JAR_TOP, LID_DEPTH, add_jar, add_jar_tip, add_lid
 from lerobot_llakey.sim.spots import three_spots
 from lerobot_llakey.sim.tasks.base import Task, Waypoint
+from lerobot_llakey.sim.tasks.waiting import waits_before
 from lerobot_llakey.sim.thread import Thread
 from lerobot_llakey.sim.world import World
 
@@ -106,12 +107,10 @@ class CloseJar(Task):
         wrong = self.threads[1].engaged(world)
         grasp = Pose(world.pose("lid").position, top_down(-_YAW if wrong else _YAW)).shifted(z=_GRASP)
         before = grasp.shifted(z=_ABOVE)
-        distance, angle = world.tool.distance(before)
-        ready = distance < 0.025 and angle < 0.15 and not world.gripper_closed
         steps = [
             Waypoint(before, True, False, instruct("move", "top", "the lid")),
             Waypoint(grasp, False, True, instruct("grasp", "the lid")),
-        ][ready:]
+        ][waits_before(world, before, near=0.025) :]
         grip = Grip.upright(_GRASP)
         if wrong:
             return [*steps, self._unscrew(world, grip), *self._bring(world, grip)]

@@ -24,6 +24,7 @@ from lerobot_llakey.sim.objects.bulb import (
 from lerobot_llakey.sim.objects.lamp import HOLDER_HEIGHT, SEAT, add_holder, add_lamp, paint_holder, switch
 from lerobot_llakey.sim.spots import three_spots
 from lerobot_llakey.sim.tasks.base import Task, Waypoint
+from lerobot_llakey.sim.tasks.waiting import waits_before
 from lerobot_llakey.sim.thread import Thread
 
 if TYPE_CHECKING:
@@ -49,10 +50,8 @@ _ENTRY, _PRESS = SEAT + TRAVEL, 0.003
 """Height of the tip on the first turn of the thread; metres by which the hand aims below."""
 _YAW = np.deg2rad(55)
 """The hand is turned to one side from the start, so that one turn to the other side, within joint 7, is enough."""
-_NEAR, _TURNED = 0.045, 0.3
-"""Metres and radians by which a hand may be off before its grasp: the grasp corrects them."""
-_OVER = 0.016
-"""Metres beside the lamp from which a bulb is set down on it: the next action corrects them."""
+_OVER, _TURNED = 0.016, 0.3
+"""Metres beside the lamp, and radians, from which a bulb is set down on it: the next action corrects them."""
 _X, _Y, _REACH = (0.34, 0.63), (-0.31, 0.31), (0.45, 0.68)
 """Metres: where things stand, and how far from the base, so that a hand that points down reaches them."""
 _HOLDER_GAP, _LAMP_GAP = 0.15, 0.16
@@ -124,12 +123,10 @@ class LightBulbIn(Task):
         """Both steps of a grasp, or the second where the hand waits above the bulb."""
         grasp = Pose(glass_middle(world.pose(_BULBS[index])), top_down(yaw)).shifted(z=_ABOVE_MIDDLE)
         before = grasp.shifted(z=_ABOVE)
-        distance, angle = world.tool.distance(before)
-        ready = distance < _NEAR and angle < _TURNED and not world.gripper_closed
         return [
             Waypoint(before, True, False, instruct("move", "top", self._bulb_name(index))),
             Waypoint(grasp, False, True, instruct("grasp", self._bulb_name(index))),
-        ][ready:]
+        ][waits_before(world, before) :]
 
     def _fetch(self, world: World) -> list[Waypoint]:
         bring = self._bring(world, Grip.upright(_GRASP))

@@ -27,6 +27,7 @@ from lerobot_llakey.sim.objects.blocks import (
     add_shelter,
 )
 from lerobot_llakey.sim.tasks.base import Task, Waypoint
+from lerobot_llakey.sim.tasks.waiting import waits_before
 
 if TYPE_CHECKING:
     from lerobot_llakey.sim.world import World
@@ -46,9 +47,9 @@ _BACK_GRIP = np.array([-0.006, 0.0, 0.004])
 """Where a hand leaning back takes a block, relative to its centre: out of the roof's way."""
 _DEEPEST_GRIP = 0.004
 """Metres behind a shelter's centre beyond which the hand would meet the roof."""
-_NEAR, _ARRIVED, _PUT, _TURNED = 0.05, 0.03, 0.016, 0.35
-"""How far (metres, and radians) a hand may be off and still be before its grasp, above its target or down on it: the
-next waypoint corrects the rest."""
+_ARRIVED, _PUT, _TURNED = 0.03, 0.016, 0.35
+"""How far (metres, and radians) a hand may be off and still be above its target or down on it: the next waypoint
+corrects the rest."""
 _COLUMNS = (-0.23, 0.0, 0.23)
 _REACH = {INSERT: 0.015, SLIDE: 0.02, PULL_OUT: PAD}
 """Metres by which a block may miss its target's centre."""
@@ -145,12 +146,11 @@ class MoveBlock(Task):
         return bool(-0.05 < offset[0] < SHELTER and abs(offset[1]) < SHELTER and offset[2] < ROOF_HEIGHT)
 
     def _take(self, world: World, grasp: Pose, before: Pose, side: str) -> list[Waypoint]:
-        distance, angle = world.tool.distance(before)
         waypoints = [
             Waypoint(before, True, False, instruct("move", side, self._thing)),
             Waypoint(grasp, False, True, instruct("grasp", self._thing)),
         ]
-        return waypoints[1:] if distance < _NEAR and angle < _TURNED and not world.gripper_closed else waypoints
+        return waypoints[waits_before(world, before) :]
 
     def _take_from_above(self, world: World) -> list[Waypoint]:
         position, yaw = self._block_pose(world)

@@ -18,6 +18,7 @@ from lerobot_llakey.instructions import instruct
 from lerobot_llakey.sim.objects.cup import CUP_HEIGHT, CUP_RADIUS, CUP_WALL, add_cup
 from lerobot_llakey.sim.objects.shelters import SHELTER_HALF_WIDTH, add_cabinet, add_ledge
 from lerobot_llakey.sim.tasks.base import Task, Waypoint
+from lerobot_llakey.sim.tasks.waiting import waits_before
 
 if TYPE_CHECKING:
     from lerobot_llakey.sim.world import World
@@ -52,7 +53,7 @@ cup is let go, and below which the wrist of a level hand meets the table."""
 _LEAD, _LEAN = np.deg2rad((25, 10))
 """Radians by which a hand that raises an upside-down cup begins to turn it, so that there is one shortest way to go on,
 and by which a cup may lean when it is let go: it comes to stand."""
-_NEAR, _ARRIVED, _PUT, _LOW, _TURNED = 0.045, 0.03, 0.023, 0.02, 0.35
+_ARRIVED, _PUT, _LOW, _TURNED = 0.03, 0.023, 0.02, 0.35
 """How far (metres, and radians) a hand or a cup may be off and still be there: the next waypoint corrects the rest."""
 
 
@@ -162,13 +163,11 @@ class MoveCup(Task):
                 x = np.clip(x, cabinet[0] - _PLAY, cabinet[0] + _PLAY)
             grasp = Pose(np.array((x, y - _SHORT, _GRIP)), _LEFTWARDS.as_quat())
             before, side = grasp.shifted(y=-_BEHIND, z=_HIGHER), "right side"
-        distance, angle = world.tool.distance(before)
         waypoints = [
             Waypoint(before, True, False, instruct("move", side, self._thing)),
             Waypoint(grasp, False, True, instruct("grasp", self._thing)),
         ]
-        ready = distance < _NEAR and angle < _TURNED and not world.gripper_closed
-        return waypoints[ready:] + self._bring(world, grasp, cup)
+        return waypoints[waits_before(world, before) :] + self._bring(world, grasp, cup)
 
     def _bring(self, world: World, tool: Pose, cup: Pose) -> list[Waypoint]:
         """What remains for a cup that the tool holds: out, up, upright, over the target, down, let go."""

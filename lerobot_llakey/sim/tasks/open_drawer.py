@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from lerobot_llakey.geometry import Pose
 from lerobot_llakey.instructions import instruct
 from lerobot_llakey.sim.tasks.base import Task, Waypoint
+from lerobot_llakey.sim.tasks.waiting import waits_before
 
 if TYPE_CHECKING:
     from lerobot_llakey.sim.world import World
@@ -30,6 +31,8 @@ _OPEN = 0.15
 """Metres of opening that count as open, as in RLBench."""
 _PULL = 0.175
 _APPROACH = 0.09
+_SPIN = 0.35
+"""Radians by which the hand may be turned before its grasp: between handle and front there is no room to turn."""
 _TILT = np.deg2rad(-24)
 """The hand comes from above at 66 degrees below the horizontal, within the arm's reach at every drawer."""
 _WOOD = (0.72, 0.53, 0.34, 1.0)
@@ -87,10 +90,7 @@ class OpenDrawer(Task):
         ]
         if world.holds(f"{self.drawer}_drawer"):
             return remaining[2:]
-        distance, angle = world.tool.distance(before)
-        # Roughly there will do: the grasp corrects the rest.
-        near = distance < 0.05 and angle < 0.35
-        return remaining[1:] if near and not world.gripper_closed else remaining
+        return remaining[waits_before(world, before, spin=_SPIN) :]
 
     def _opening(self, world: World) -> float:
         return world.joint(f"{self.drawer}_drawer")

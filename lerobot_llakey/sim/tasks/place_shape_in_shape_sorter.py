@@ -16,6 +16,7 @@ from lerobot_llakey.sim.objects.shape_sorter import PLATE_BOTTOM, PLATE_TOP
 from lerobot_llakey.sim.objects.shapes import BODY_HEIGHT, GRIP, SHAPES, Shape, add_shape, extent
 from lerobot_llakey.sim.planning import PlanningError
 from lerobot_llakey.sim.tasks.base import Task, Waypoint
+from lerobot_llakey.sim.tasks.waiting import points_alike, waits_before
 
 if TYPE_CHECKING:
     from lerobot_llakey.sim.world import World
@@ -31,16 +32,16 @@ _APPROACH, _CARRY = 0.10, 0.175
 """Metres from a grasp to the hand before it, and height of the hand above the table while it carries a shape."""
 _OVER, _INTO = 0.025, 0.015
 """Metres from the sorter's top up to the shape's base when aligned, and down to it when let go."""
-_NEAR, _TURNED = 0.045, 0.35
-"""How far (metres, radians) a hand may be off before its grasp: the grasp corrects the rest."""
-_ARRIVED, _IN, _PUT = 0.015, 0.009, 0.02
-"""Metres sideways from the hole at which a shape can be lowered, at which one lowered can be let go, and metres by
-which the hand may be off where it puts a shape back on the table."""
+_ARRIVED, _IN, _PUT, _TURNED = 0.015, 0.009, 0.02, 0.35
+"""Metres sideways from the hole at which a shape can be lowered, at which one lowered can be let go, metres by which
+the hand may be off where it puts a shape back on the table, and radians by which it may be off in all three."""
 _FINGERTIP = 0.011
 """Metres that the fingers need below the tool's centre point."""
 _TURNS, _SIDESTEPS = np.deg2rad((0, 90, 22, -22, 45, -45, 68, -68)), (0.0, 0.012, -0.012, 0.025, -0.025)
 """Radians by which the hand may be turned from the bar, which turns as the fingers close on it, and metres by which it
 may stand to one side: for shapes that something stands too close to."""
+_SPIN, _FITTING = np.deg2rad((90, 60))
+"""Radians by which the hand may be turned before its grasp, and above the hole: there is room to turn on the way."""
 _UPRIGHT, _LYING = np.deg2rad((10, 35))
 """Radians of tilt in the hand that need no correction, and that are too many to correct over the hole (the shape is put
 back on the table, where it rights itself)."""
@@ -102,12 +103,10 @@ class PlaceShapeInShapeSorter(Task):
         """All steps, or those from the grasp on where the hand waits above the shape."""
         grasp = self._grasp(world, shape)
         before = grasp.shifted(z=_APPROACH)
-        distance, angle = world.tool.distance(before)
-        ready = distance < _NEAR and angle < _TURNED and not world.gripper_closed
         steps = [
             Waypoint(before, True, False, instruct("move", "top", f"the {shape.name}")),
             Waypoint(grasp, False, True, instruct("grasp", f"the {shape.name}")),
-        ][ready:]
+        ][waits_before(world, before, spin=_SPIN) :]
         return steps + (self._bring(world, grasp) if shape is self.shape else self._put_back(world, shape, grasp))
 
     def _grasp(self, world: World, shape: Shape) -> Pose:
@@ -147,7 +146,7 @@ class PlaceShapeInShapeSorter(Task):
         turned = tool.distance(into)[1]
         if sideways < _IN and turned < _TURNED and pose.position[2] < PLATE_TOP - 0.002:
             return steps[3:]
-        if sideways < _ARRIVED and turned < _TURNED and pose.position[2] < PLATE_TOP + 2 * _OVER:
+        if sideways < _ARRIVED and points_alike(tool, into, _FITTING) and pose.position[2] < PLATE_TOP + 2 * _OVER:
             return steps[2:]
         return steps[1:] if tool.position[2] > _CARRY - 0.03 else steps
 

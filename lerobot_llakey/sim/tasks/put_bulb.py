@@ -27,6 +27,7 @@ from lerobot_llakey.sim.objects.bulb import (
 )
 from lerobot_llakey.sim.robot import ARM_CONTYPE
 from lerobot_llakey.sim.tasks.base import Task, Waypoint
+from lerobot_llakey.sim.tasks.waiting import waits_before
 from lerobot_llakey.sim.thread import Thread
 
 if TYPE_CHECKING:
@@ -55,8 +56,8 @@ _ABOVE, _CARRY = 0.10, 0.125
 """Metres from the grasp to the hand before it, and height of the tip of a carried bulb: higher than all the others."""
 _YAW = np.deg2rad(55)
 """The hand is turned to one side to carry, to the other one to screw out: joint 7 allows one turn between them."""
-_NEAR, _TURNED, _ARRIVED = 0.045, 0.3, 0.035
-"""How far (metres, radians) a hand may be off before its grasp, and a bulb beside the middle of its box."""
+_ARRIVED = 0.035
+"""Metres by which a bulb may be off beside the middle of its box."""
 _LOW = 0.03
 """Metres by which a hand may carry low."""
 _JITTER = 0.01
@@ -142,12 +143,10 @@ class PutBulb(Task):
         middle = glass_middle(world.pose(self.bulb))
         grasp = Pose(middle, top_down(-_YAW if engaged else _YAW)).shifted(z=_ABOVE_MIDDLE)
         before = grasp.shifted(z=_ABOVE)
-        distance, angle = world.tool.distance(before)
-        ready = distance < _NEAR and angle < _TURNED and not world.gripper_closed
         take = [
             Waypoint(before, True, False, instruct("move", "top", self._thing)),
             Waypoint(grasp, False, True, instruct("grasp", self._thing)),
-        ][ready:]
+        ][waits_before(world, before) :]
         return take + self._bring(world, Grip.upright(_GRASP))[not engaged :]
 
     def _bring(self, world: World, grip: Grip) -> list[Waypoint]:

@@ -14,6 +14,7 @@ from lerobot_llakey.sim.grip import hand_yaw
 from lerobot_llakey.sim.meshes import add_mesh
 from lerobot_llakey.sim.objects.groceries import GOODS, Good, add_good
 from lerobot_llakey.sim.tasks.base import Task, Waypoint
+from lerobot_llakey.sim.tasks.waiting import waits_before
 
 if TYPE_CHECKING:
     from lerobot_llakey.sim.world import World
@@ -48,9 +49,8 @@ _FINGERS = np.array(((0.012, 0.05, 0.0), (-0.012, 0.05, 0.0), (0.012, -0.05, 0.0
 """Corners of the open fingers in the tool's frame, metres."""
 _WIDEST = 0.067
 """Metres between the faces of a good that the hand can take."""
-_NEAR, _ARRIVED, _TURNED = 0.05, 0.045, 0.35
-"""How far (metres, and radians) a hand may be off and still be before its grasp, or at the front: the next waypoint
-corrects the rest."""
+_ARRIVED, _TURNED = 0.045, 0.35
+"""How far (metres, and radians) a hand may be off and still be at the front: the next waypoint corrects the rest."""
 _X, _Y, _REACH = (0.31, 0.62), (-0.32, 0.32), (0.40, 0.66)
 """Metres: where goods stand, and how far from the base, so that a hand that points down reaches them."""
 _GAP, _FRONT_GAP, _SIDE_GAP = 0.145, 0.10, 0.28
@@ -137,13 +137,11 @@ class PutGroceriesInCupboard(Task):
         """All steps, or those from the grasp on where the hand waits above the good."""
         grasp = self._grasp(world)
         before = grasp.shifted(z=_ABOVE)
-        distance, angle = world.tool.distance(before)
-        ready = distance < _NEAR and angle < _TURNED and not world.gripper_closed
         steps = [
             Waypoint(before, True, False, instruct("move", "top", f"the {self.good.name}")),
             Waypoint(grasp, False, True, instruct("grasp", f"the {self.good.name}")),
         ]
-        return steps[ready:] + self._bring(world, grasp, world.pose(self.good.body))
+        return steps[waits_before(world, before) :] + self._bring(world, grasp, world.pose(self.good.body))
 
     def _free_place(self, world: World, half_height: float) -> float:
         """Metres beside the shelf's middle: the first place that no other good has taken.

@@ -26,6 +26,7 @@ from lerobot_llakey.sim.objects.wine import (
 )
 from lerobot_llakey.sim.objects.wine_places import LYING_GRIP, SIDE, draw_places
 from lerobot_llakey.sim.tasks.base import Task, Waypoint
+from lerobot_llakey.sim.tasks.waiting import waits_before
 
 if TYPE_CHECKING:
     from lerobot_llakey.sim.world import World
@@ -45,8 +46,8 @@ _FIRST_YAW = np.deg2rad(-118)
 """Yaw from which the hand's turns are counted: between where it may take a bottle and where it may lay it down."""
 _FAR_TURN, _TURN = np.deg2rad(120), np.deg2rad(60)
 """Radians of turn that need a stop half-way, and that need a turn of their own before the slot."""
-_NEAR, _ARRIVED, _PUT, _TURNED = 0.05, 0.03, 0.016, 0.35
-"""How far (metres, and radians) a hand may be off and still be before its grasp, above its slot or down in it."""
+_LOW, _ARRIVED, _PUT, _TURNED = 0.05, 0.03, 0.016, 0.35
+"""How far (metres, and radians) a hand may be off and still be high enough to carry, above its slot or down in it."""
 _STANDS, _HANGS = np.sin(np.deg2rad(45)), np.sin(np.deg2rad(50))
 """Rise of a bottle's axis from which it counts as standing, and as hanging along the hand that holds it."""
 _LEAN = np.deg2rad(25)
@@ -123,9 +124,7 @@ class StackWine(Task):
             Waypoint(before, True, False, instruct("move", side, self._thing)),
             Waypoint(grasp, False, True, instruct("grasp", self._thing)),
         ]
-        distance, angle = world.tool.distance(before)
-        near = distance < _NEAR and angle < _TURNED and not world.gripper_closed
-        return waypoints[near:], grasp
+        return waypoints[waits_before(world, before) :], grasp
 
     def _bring(self, world: World, tool: Pose, bottle: Pose) -> list[Waypoint]:
         """Up, turned as it must lie, above the slot, down into it, let go; for a bottle in a hand at ``tool``."""
@@ -141,7 +140,7 @@ class StackWine(Task):
         steps = []
         there = np.linalg.norm((tool.position - put.position)[:2]) < _ARRIVED and tool.distance(put)[1] < _TURNED
         if not there:
-            if tool.position[2] < _CARRY - _NEAR:
+            if tool.position[2] < _CARRY - _LOW:
                 tool = _at_carry(tool)
                 steps.append(Waypoint(tool, False, True, instruct("raise")))
             spot, hand = np.array((*tool.position[:2], _CARRY)), tool.rotation

@@ -144,3 +144,20 @@ def test_a_wrong_shape_on_the_hole_is_put_aside(world: World) -> None:
     assert steps[0].waypoint.instruction == "move to the top of the star"
     assert "place the star on the table" in [step.waypoint.instruction for step in steps]
     assert steps[-1].success
+
+
+@pytest.mark.parametrize("degrees", [-50, 50])
+def test_a_shape_that_is_turned_above_its_hole_is_lowered_and_turned_at_once(world: World, degrees: float) -> None:
+    world.reset(1, STAR)
+    take(world, SHAPES[STAR])
+    raised, align = world.task.plan(world)[:2]
+    follow(world, raised)
+    place = over(world, SHAPES[STAR], 0.025)
+    turn = Rotation.from_euler("z", degrees, degrees=True) * align.pose.rotation
+    grip = world.tool.inverse() @ world.pose(SHAPES[STAR].body)
+    follow(world, Waypoint(Pose(place - turn.apply(grip.position), turn.as_quat()), False, False, ""))
+    for template in ("insert", "release"):
+        waypoint = world.task.plan(world)[0]
+        assert parse(waypoint.instruction).template == template
+        follow(world, waypoint)
+    assert world.task.success(world)
