@@ -17,6 +17,7 @@ from torch.utils.data import DataLoader, Subset
 from lerobot_llakey import schema
 from lerobot_llakey.evaluation.abilities.samples import check_columns, samples, task_names
 from lerobot_llakey.evaluation.abilities.score import Score, macro
+from lerobot_llakey.evaluation.abilities.way_left import WAYS_LEFT, ways_left
 
 SEQUENTIAL_PREDICTION = "sequential_prediction"
 ERROR_CORRECTION = "error_correction"
@@ -24,6 +25,7 @@ ABILITIES = (SEQUENTIAL_PREDICTION, ERROR_CORRECTION)
 ALL_SAMPLES = "all"
 AVERAGE = "average"
 AFTER_EVENTS = "after_events"
+BY_WAY_LEFT = "error_correction_by_way_left"
 
 
 class Commander(Protocol):
@@ -40,16 +42,23 @@ class Measured:
         tasks: by ability and task.
         events: by ability and disturbance, the answers to frames in which it can be seen; empty where the dataset does
             not tell or nothing was disturbed.
+        left: the answers to frames in between, by how far the hand still had to go.
     """
 
     tasks: dict[str, dict[str, Score]] = field(default_factory=lambda: {name: {} for name in ABILITIES})
     events: dict[str, dict[str, Score]] = field(default_factory=lambda: {name: {} for name in ABILITIES})
+    left: dict[str, Score] = field(default_factory=dict)
 
-    def add(self, ability: str, task: str, event: str, expected: str, answer: str) -> None:
-        """Count one answer under its task and, where there is one, under the event before it."""
+    def add(self, ability: str, task: str, event: str, expected: str, answer: str, left: str = "") -> None:
+        """Count one answer under its task and, where there is one, under the event before it.
+
+        An answer between keyframes is counted under the way left as well, where that is known.
+        """
         self.tasks[ability].setdefault(task, Score()).add(expected, answer)
         if event:
             self.events[ability].setdefault(event, Score()).add(expected, answer)
+        if left and ability == ERROR_CORRECTION:
+            self.left.setdefault(left, Score()).add(expected, answer)
 
     def total(self, ability: str) -> Score:
         """All answers of an ability."""
@@ -58,7 +67,8 @@ class Measured:
     def summary(self) -> dict[str, Any]:
         """For each ability the figures of each task, of ``"all"`` samples and of the ``"average"`` over tasks.
 
-        Under ``"after_events"`` the same for the frames after each disturbance.
+        Under ``"after_events"`` the same for the frames after each disturbance, and under
+        ``"error_correction_by_way_left"`` for frames in between, by how far the hand still had to go.
         """
         result: dict[str, Any] = {}
         for ability, scores in self.tasks.items():
@@ -69,6 +79,7 @@ class Measured:
             ability: {name: scores[name].summary() for name in sorted(scores)}
             for ability, scores in self.events.items()
         }
+        result[BY_WAY_LEFT] = {name: self.left[name].summary() for name in WAYS_LEFT if name in self.left}
         return result
 
 
@@ -106,7 +117,8 @@ def measure(
         events = batch.get(schema.EPISODE_EVENT, [""] * len(expected))
         at_keyframe = batch[schema.IS_KEYFRAME].reshape(-1).tolist()
         answers = policy.next_instructions(preprocessor(batch))
-        for keyframe, event, wanted, answer in zip(at_keyframe, events, expected, answers, strict=True):
+        left = ways_left(batch)
+        for keyframe, event, wanted, answer, way in zip(at_keyframe, events, expected, answers, left, strict=True):
             ability = SEQUENTIAL_PREDICTION if keyframe else ERROR_CORRECTION
-            measured.add(ability, next(tasks), event, wanted, answer)
+            measured.add(ability, next(tasks), event, wanted, answer, way)
     return measured

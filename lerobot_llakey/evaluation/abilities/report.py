@@ -8,6 +8,7 @@ from pathlib import Path
 
 from lerobot_llakey.evaluation.abilities.measure import ABILITIES, Measured
 from lerobot_llakey.evaluation.abilities.score import MEASURES, OUTSIDE, Score, macro
+from lerobot_llakey.evaluation.abilities.way_left import WAYS_LEFT
 from lerobot_llakey.evaluation.protocol import paper
 from lerobot_llakey.evaluation.protocol.statistics import wilson
 from lerobot_llakey.evaluation.tables import markdown_table
@@ -27,6 +28,8 @@ def markdown(measured: Measured) -> str:
     blocks = [f"# Abilities of the command policy\n\nThe paper's figures are from {paper.SIMULATOR}."]
     for ability in ABILITIES:
         blocks.append(f"## {title(ability)}\n\n{ability_table(measured, ability)}")
+    if measured.left:
+        blocks.append(f"## Error correction by the way that the hand still had to go\n\n{way_left_table(measured)}")
     if any(measured.events.values()):
         blocks.append(f"## After unforeseen events\n\n{event_table(measured)}")
     for ability in ABILITIES:
@@ -56,6 +59,12 @@ def event_table(measured: Measured) -> str:
         if event in measured.events[ability]
     ]
     return markdown_table(["event", "ability", "samples", "exact", "95 %", "verb", "objects", "unparsable"], rows)
+
+
+def way_left_table(measured: Measured) -> str:
+    """Error correction by how far the hand was from its keyframe; shares in %."""
+    rows = [[name, *_cells(measured.left[name])] for name in WAYS_LEFT if name in measured.left]
+    return markdown_table(["way left", "samples", "exact", "95 %", "verb", "objects", "unparsable"], rows)
 
 
 def mistake_table(score: Score, count: int = 10) -> str:

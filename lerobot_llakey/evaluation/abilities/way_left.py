@@ -1,0 +1,30 @@
+"""How far the hand still had to go in a frame between keyframes.
+
+Just before a keyframe a frame looks like the one at it, whose right answer is the next instruction; what an error
+correction is worth shows where there is still a way to go.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import torch
+
+from lerobot_llakey import schema
+
+_EDGES = (0.01, 0.05, 0.20)
+"""Metres."""
+WAYS_LEFT = ("below 1 cm", "1 to 5 cm", "5 to 20 cm", "above 20 cm")
+
+
+def ways_left(batch: dict[str, Any]) -> list[str]:
+    """For each frame of a batch how far its hand is from the keyframe it moves to, as one of :data:`WAYS_LEFT`.
+
+    Args:
+        batch: as a dataset gives it, in the data contract; without state or action nothing is known ("" each).
+    """
+    if schema.STATE not in batch or schema.ACTION not in batch:
+        return [""] * len(batch[schema.INSTRUCTION])
+    state, action = (batch[key][:, schema.POSITION].float() for key in (schema.STATE, schema.ACTION))
+    distances = torch.linalg.vector_norm(state - action, dim=1)
+    return [WAYS_LEFT[index] for index in torch.bucketize(distances, torch.tensor(_EDGES), right=True).tolist()]
