@@ -165,13 +165,17 @@ def parse(text: str) -> Instruction:
     )
 
 
+def parsed_or_none(text: str) -> Instruction | None:
+    """What :func:`parse` gives, None for a text outside the grammar; never raises."""
+    try:
+        return parse(text)
+    except ValueError:
+        return None
+
+
 def is_parsable(text: str) -> bool:
     """Whether a text is an instruction of the grammar."""
-    try:
-        parse(text)
-    except ValueError:
-        return False
-    return True
+    return parsed_or_none(text) is not None
 
 
 def instruct(template: str, *arguments: str) -> str:
@@ -185,10 +189,8 @@ def instruct(template: str, *arguments: str) -> str:
 
 def gripper_implied(text: str) -> bool | None:
     """The gripper condition hidden in the words: True open, False closed, None if nothing is implied; never raises."""
-    try:
-        return TEMPLATES[parse(text).template].gripper
-    except ValueError:
-        return None
+    instruction = parsed_or_none(text)
+    return None if instruction is None else TEMPLATES[instruction.template].gripper
 
 
 def canonical(text: str) -> str:

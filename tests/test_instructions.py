@@ -18,6 +18,7 @@ from lerobot_llakey.instructions import (
     is_parsable,
     paraphrase,
     parse,
+    parsed_or_none,
     render,
 )
 
@@ -135,3 +136,5 @@ def test_bad_instructions_are_refused_in_one_sentence(arguments: tuple, message:
 
 def test_texts_outside_the_grammar_are_told_apart() -> None:
     assert is_parsable("Grab the red block.") and not is_parsable("sing a song")
+    assert parsed_or_none("sing a song") is None
+    assert parsed_or_none("Grab the red block.") == parse("grab the red block")

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import lru_cache
 from typing import Any
 
 from lerobot_llakey import instructions
@@ -40,15 +39,15 @@ class Score:
 
     def add(self, expected: str, answer: str) -> None:
         """Count one answer; an answer outside the grammar is right only if it is the expected text itself."""
-        wanted, given = _parsed(expected), _parsed(answer)
-        same = answer == expected
-        known = wanted is not None and given is not None
-        verb = same or (known and wanted.template == given.template)
-        objects = same or (known and _objects(wanted) == _objects(given))
-        exact = same or (verb and wanted.arguments == given.arguments)
+        wanted, given = instructions.parsed_or_none(expected), instructions.parsed_or_none(answer)
+        verb = objects = exact = answer == expected
+        if wanted is not None and given is not None:
+            verb = wanted.template == given.template
+            objects = _objects(wanted) == _objects(given)
+            exact = verb and wanted.arguments == given.arguments
         self.samples += 1
         self.exact, self.verb, self.objects = self.exact + exact, self.verb + verb, self.objects + objects
-        self.unparsable += given is None and not same
+        self.unparsable += given is None and answer != expected
         self.verbs[_verb(wanted), _verb(given)] += 1
         if not exact:
             self.confusions[expected, answer] += 1
@@ -78,14 +77,6 @@ def macro(scores: Sequence[Score]) -> dict[str, Any]:
     counted = [score for score in scores if score.samples]
     shares = {name: sum(score.share(name) for score in counted) / max(1, len(counted)) for name in MEASURES}
     return {"tasks": len(counted), "samples": sum(score.samples for score in counted), **shares}
-
-
-@lru_cache(maxsize=4096)
-def _parsed(text: str) -> Any:
-    try:
-        return instructions.parse(text)
-    except ValueError:
-        return None
 
 
 def _verb(instruction: instructions.Instruction | None) -> str:

@@ -46,7 +46,4 @@ def find_blame(env: LlakeySimEnv, episode: Episode, guided: Callable[[], Actor])
 
 
 def _canonical(text: str) -> str:
-    try:
-        return instructions.canonical(text)
-    except ValueError:
-        return text
+    return instructions.canonical(text) if instructions.is_parsable(text) else text

@@ -13,10 +13,8 @@ RAISE = "raise"
 
 def template_of(text: str) -> str | None:
     """The basic action that a text names, None if it is outside the grammar."""
-    try:
-        return instructions.parse(text).template
-    except ValueError:
-        return None
+    instruction = instructions.parsed_or_none(text)
+    return None if instruction is None else instruction.template
 
 
 def set_gripper(action: np.ndarray, text: str) -> np.ndarray:

@@ -100,10 +100,7 @@ class Supervisor:
         """A text as it would be carried out, None if it is outside the grammar."""
         if self.settings.free_text:
             return text
-        try:
-            return instructions.canonical(text)
-        except ValueError:
-            return None
+        return instructions.canonical(text) if instructions.is_parsable(text) else None
 
     def accept(self, text: str, counted: bool = True) -> str:
         """The instruction to carry out now, given what the commander said.

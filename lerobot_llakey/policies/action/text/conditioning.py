@@ -36,10 +36,8 @@ def reworded(text: str, probability: float, rng: np.random.Generator) -> str:
     """The instruction, replaced by a synonym with the given probability."""
     if rng.random() >= probability:
         return text
-    try:
-        return instructions.paraphrase(text, rng)
-    except ValueError:  # A text outside the grammar, such as a person's own wording, has no synonym.
-        return text
+    # A text outside the grammar, such as a person's own wording, has no synonym.
+    return instructions.paraphrase(text, rng) if instructions.is_parsable(text) else text
 
 
 def _instructions(batch: Mapping[str, Any], config: LlakeyActionConfig, rows: int) -> list[str]:
