@@ -55,7 +55,7 @@ def measured(folder: Path, tasks: Sequence[str], trainings: Mapping[str, Trainin
 
 
 def _measure(task: str, trainings: Mapping[str, Training], command: str, action: str) -> Rates:
-    start, cores = time.process_time(), os.cpu_count() or 1
+    start, cores = time.process_time(), os.cpu_count() or 1  # so far mostly importing, as a training's process will
     quieten()
     with TemporaryDirectory() as name:
         folder = Path(name)

@@ -31,11 +31,3 @@ class Rates:
     answer: float = 0.0
     film: float = 0.0
     cores: int = 1
-
-
-def clock(seconds: float) -> str:
-    """Seconds in words."""
-    if seconds < 90:
-        return f"{seconds:.0f} s"
-    minutes = seconds / 60
-    return f"{minutes:.0f} min" if minutes < 90 else f"{minutes / 60:.1f} h"

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import takewhile
 
+from lerobot_llakey.evaluation.clock import clock
 from lerobot_llakey.evaluation.tables import markdown_table
-from lerobot_llakey.experiments.rates import Rates, clock
+from lerobot_llakey.experiments.rates import Rates
 from lerobot_llakey.experiments.stages import Clock, Ledger, Stage
 from lerobot_llakey.experiments.trainer import train_all
 from lerobot_llakey.experiments.training import Training
@@ -46,7 +47,7 @@ def plan_table(ledger: Ledger, rates: Rates, side_by_side: int) -> str:
             total += seconds
         elif state != "done":
             trainings += seconds
-        spent = f"{clock(marker.seconds)}" if marker and marker.seconds else ""
+        spent = clock(marker.seconds) if marker and marker.seconds else ""
         rows.append([name, stage.title, clock(seconds), state, spent])
     total += trainings / max(1, side_by_side)
     table = markdown_table(["stage", "what", "about", "state", "took"], rows)

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from lerobot_llakey.experiments.rates import Rates, clock
+from lerobot_llakey.experiments.rates import Rates
 from lerobot_llakey.experiments.runner import plan_table, run_stages, time_table
 from lerobot_llakey.experiments.stages import Ledger, Stage
 
@@ -51,7 +51,3 @@ def test_the_plan_says_what_is_left(tmp_path: Path) -> None:
     states = [line.split("|")[4].strip() for line in table.splitlines()[2:5]]
     assert states == ["done", "begun", ""] and "About 2 min for what is left" in table
     assert "| all" in time_table(Ledger(tmp_path, work.stages()))
-
-
-def test_seconds_in_words() -> None:
-    assert (clock(12), clock(600), clock(7200)) == ("12 s", "10 min", "2.0 h")

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from statistics import fmean
 
+from lerobot_llakey.evaluation.clock import clock
 from lerobot_llakey.evaluation.protocol.plan import Plan, Trial
 from lerobot_llakey.evaluation.protocol.records import Records
 from lerobot_llakey.evaluation.protocol.rows import Row
@@ -40,7 +41,7 @@ class Estimate:
 
     def __str__(self) -> str:
         rows = [f"  {row}: {count} left, {seconds:.1f} s each" for row, (count, seconds) in self.by_row.items()]
-        total = f"{self.episodes} episodes, {self.done} done; about {_clock(self.seconds)} for the rest"
+        total = f"{self.episodes} episodes, {self.done} done; about {clock(self.seconds)} for the rest"
         return "\n".join([f"{total} with {self.processes} processes, videos not counted", *rows])
 
 
@@ -75,10 +76,3 @@ def _measure(plan: Plan, row: Row, trials: Sequence[Trial]) -> list[float]:
             break
         seconds.append(run_trial(row, plan, trial).seconds)
     return seconds
-
-
-def _clock(seconds: float) -> str:
-    if seconds < 90:
-        return f"{seconds:.0f} seconds"
-    minutes = seconds / 60
-    return f"{minutes:.0f} minutes" if minutes < 90 else f"{minutes / 60:.1f} hours"
