@@ -17,8 +17,16 @@ def build_commander(config: LlakeyConfig, command: LlakeyCommandPolicy | None) -
     Args:
         config: of the hierarchical policy.
         command: its command policy; None where another commands.
+
+    Raises:
+        ValueError: if the command policy answers with poses rather than instructions.
     """
     if command is not None:
+        if command.config.target != "instruction":
+            raise ValueError(
+                f"Expected a command policy with target='instruction', got target={command.config.target!r}; it acts "
+                "by itself: evaluate it alone, or train one that instructs."
+            )
         return PolicyCommander(command, config.ask_again_temperature)
     if config.commander == "list":
         return ListCommander(config.instructions)

@@ -1,3 +1,5 @@
+import pytest
+
 from lerobot_llakey.policies.hierarchy.commanders.build import build_commander
 from lerobot_llakey.policies.hierarchy.commanders.fixed_list import ListCommander
 from lerobot_llakey.policies.hierarchy.commanders.oracle import OracleCommander
@@ -15,3 +17,10 @@ def test_builds_whom_the_settings_name(make_tiny) -> None:
     policy = make_tiny(ask_again_temperature=0.5)
     assert isinstance(policy.commander, PolicyCommander)
     assert (policy.commander.command, policy.commander.temperature) == (policy.command, 0.5)
+
+
+def test_a_command_policy_that_acts_by_itself_is_refused(make_tiny) -> None:
+    policy = make_tiny()
+    policy.command.config.target = "action"
+    with pytest.raises(ValueError, match="target='instruction', got target='action'"):
+        build_commander(policy.config, policy.command)
