@@ -27,9 +27,10 @@ MAY_IMPORT: dict[str, set[str]] = {
     "policies.hierarchy": WORDS | POLICIES | {"policies"},
     "datasets": WORDS | {"labels", "sim"},
     "evaluation": WORDS | POLICIES | {"labels", "policies", "sim", "datasets"},
+    "dagger": WORDS | {"sim", "datasets", "evaluation"},
     "drive": WORDS | POLICIES | {"policies", "sim", "evaluation"},
     "experiments": WORDS | POLICIES | {"labels", "policies", "sim", "datasets", "evaluation"},
-    "cli": WORDS | POLICIES | {"labels", "policies", "sim", "datasets", "evaluation", "drive", "experiments"},
+    "cli": WORDS | POLICIES | {"labels", "policies", "sim", "datasets", "evaluation", "dagger", "drive", "experiments"},
     # Importing the package registers its environment and its policies.
     "": POLICIES | {"policies", "sim"},
 }

@@ -19,6 +19,11 @@ VERBS: dict[str, tuple[str, str]] = {
     "stress": ("lerobot_llakey.cli.stress", "random legal actions in every task: whether the simulator stands them"),
     "determinism": ("lerobot_llakey.cli.determinism", "whether a seed gives the same pixels and states everywhere"),
     "keysteps": ("lerobot_llakey.cli.keysteps", "draw the training samples from a dataset of demonstrations"),
+    "dagger": (
+        "lerobot_llakey.cli.dagger",
+        "let a policy act, and write what the expert would have done",
+    ),
+    "merge": ("lerobot_llakey.cli.merge", "join finished datasets into one"),
     "compose": ("lerobot_llakey.cli.compose", "make one checkpoint of a command and an action policy, and back"),
     "bench": ("lerobot_llakey.cli.bench", "how fast collecting, loading, training and deciding are here"),
     "abilities": ("lerobot_llakey.cli.abilities", "how well a command policy names the next instruction"),

@@ -1,0 +1,1 @@
+"""Learning from one's own mistakes: scenes that a policy gets itself into, labelled by the expert (DAgger)."""

@@ -1,0 +1,81 @@
+"""Collecting the states that a policy visits, in several processes; a run that was stopped goes on."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+from tqdm import tqdm
+
+from lerobot_llakey import schema
+from lerobot_llakey.dagger.episode import visited_frames
+from lerobot_llakey.dagger.plan import DaggerSettings
+from lerobot_llakey.datasets.collect import quieten
+from lerobot_llakey.datasets.demonstrations import ROBOT_TYPE
+from lerobot_llakey.datasets.image_dataset import ImageDatasetWriter
+from lerobot_llakey.datasets.parts import PARTS_SUFFIX, begin_parts, finish
+from lerobot_llakey.evaluation.rollout import Agent
+from lerobot_llakey.evaluation.workers import run_jobs
+from lerobot_llakey.sim.env import LlakeySimEnv
+from lerobot_llakey.sim.recorder import FPS
+
+_KIND = "keysteps"
+_PART_EPISODES = 10
+"""At most so many episodes are lost when a run is killed."""
+
+
+def collect(settings: DaggerSettings, root: Path, repo_id: str, num_workers: int = 0) -> None:
+    """Write a keysteps dataset of the states that a policy visits, going on with what is there.
+
+    Args:
+        settings: what to collect.
+        root: folder of the dataset.
+        repo_id: its name.
+        num_workers: processes; one for each CPU core where 0, none but this one where 1.
+
+    Raises:
+        ValueError: if the folder was begun with other settings.
+        FileNotFoundError: if there is no such policy.
+    """
+    parts = Path(f"{root}{PARTS_SUFFIX}")
+    begin, size = begin_parts(settings.resumable(), {_KIND: root}, parts, _PART_EPISODES)
+    planned = [(part, parts / f"{part[0]}-{part[1]:06d}") for part in settings.parts(size)]
+    missing = [(settings, *part, folder) for part, folder in planned if not begin and not folder.exists()]
+    done = len(settings) - sum(stop - start for _, _, start, stop, _ in missing)
+    with tqdm(total=len(settings), initial=done, unit="episode", desc="dagger") as bar:
+        for episodes in run_jobs(_collect_part, missing, num_workers):
+            bar.update(episodes)
+    folders = [] if begin else [folder for _, folder in planned]
+    finish(settings.resumable(), len(settings), {_KIND: (root, repo_id)}, folders, parts)
+
+
+@lru_cache(maxsize=1)
+def _actors(path: str) -> tuple[Agent, Agent]:
+    """The policy as it is, and with the expert's instructions."""
+    return Agent.load(path), Agent.load(path, oracle=True)
+
+
+def _collect_part(settings: DaggerSettings, task: str, start: int, stop: int, folder: Path) -> int:
+    """Write some episodes of a task as a finished dataset; how many there were."""
+    quieten()
+    temporary = folder.with_name(f"unfinished-{folder.name}-{os.getpid()}")
+    shutil.rmtree(temporary, ignore_errors=True)
+    env = LlakeySimEnv(
+        task, settings.split, settings.image_size, episode_length=settings.max_steps, oracle_instructions=True
+    )
+    features = schema.keystep_features(settings.image_size, settings.image_size)
+    with ImageDatasetWriter("local/part", temporary / _KIND, FPS, features, ROBOT_TYPE) as writer:
+        for number in range(start, stop):
+            scene = settings.first_seed + number
+            rng = np.random.default_rng((scene, len(task)))
+            actor = _actors(settings.policy_path)[number % 2]
+            if frames := visited_frames(env, actor, scene, rng, settings.expert_share):
+                writer.add_episode(frames)
+    env.close()
+    (temporary / "thrown.json").write_text(json.dumps({}))
+    temporary.replace(folder)
+    return stop - start

@@ -1,0 +1,64 @@
+"""What to collect with a policy: settings that fix every episode beforehand."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from lerobot_llakey import schema
+
+
+@dataclass(frozen=True)
+class DaggerSettings:
+    """What to collect; the same settings and weights give the same episodes.
+
+    Attributes:
+        policy_path: checkpoint of a hierarchical policy: who acts.
+        tasks: names of tasks.
+        num_episodes: of each task; in every other one the expert instructs and the action policy acts.
+        split: of the scene seeds: train, val or test.
+        first_seed: index into the split of the first episode.
+        image_size: pixels of height and width.
+        max_steps: actions after which an episode ends.
+        expert_share: share of the actions that the expert carries out itself, so that later states are met as well.
+
+    Raises:
+        ValueError: if a number is out of range or the split is unknown.
+    """
+
+    policy_path: str
+    tasks: tuple[str, ...]
+    num_episodes: int
+    split: str = "train"
+    first_seed: int = 0
+    image_size: int = schema.IMAGE_SIZE
+    max_steps: int = 15
+    expert_share: float = 0.2
+
+    def __post_init__(self) -> None:
+        counts = (self.num_episodes, self.image_size, self.max_steps)
+        if min(counts) < 1:
+            raise ValueError(
+                f"Expected num_episodes, image_size and max_steps of 1 or more, got {counts[0]}, {counts[1]} and "
+                f"{counts[2]}; correct the one that is not."
+            )
+        if not 0 <= self.expert_share <= 1:
+            raise ValueError(f"Expected expert_share in 0..1, got {self.expert_share}; correct it.")
+        schema.scene_seed(self.split, self.first_seed)
+
+    def __len__(self) -> int:
+        """Number of episodes over all tasks."""
+        return len(self.tasks) * self.num_episodes
+
+    def parts(self, size: int) -> Iterator[tuple[str, int, int]]:
+        """Task, first and end number of the episodes of each part, at most ``size`` long."""
+        for task in self.tasks:
+            for start in range(0, self.num_episodes, size):
+                yield task, start, min(start + size, self.num_episodes)
+
+    def resumable(self) -> dict[str, Any]:
+        """What must stay the same when a run goes on."""
+        kept: dict[str, Any] = json.loads(json.dumps(asdict(self)))
+        return kept

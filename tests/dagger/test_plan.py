@@ -1,0 +1,25 @@
+import pytest
+
+from lerobot_llakey.dagger.plan import DaggerSettings
+
+
+def test_parts_hold_every_episode_once() -> None:
+    settings = DaggerSettings("x", ("a", "b"), 7)
+    parts = list(settings.parts(3))
+    assert parts == [("a", 0, 3), ("a", 3, 6), ("a", 6, 7), ("b", 0, 3), ("b", 3, 6), ("b", 6, 7)]
+    assert len(settings) == 14 == sum(stop - start for _, start, stop in parts)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ({"num_episodes": 0}, "num_episodes, image_size and max_steps of 1 or more"),
+        ({"max_steps": 0}, "num_episodes, image_size and max_steps of 1 or more"),
+        ({"expert_share": 1.5}, r"expert_share in 0\.\.1, got 1\.5"),
+        ({"split": "holdout"}, "split"),
+        ({"first_seed": -1}, "episode index"),
+    ],
+)
+def test_bad_settings_are_refused(wrong: dict, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        DaggerSettings(**{"policy_path": "x", "tasks": ("a",), "num_episodes": 2} | wrong)
