@@ -18,7 +18,7 @@ CHOICES: dict[str, tuple[object, ...]] = {
     "stages": (1, 2),
     "condition_on": ("instruction", "task", "both"),
     "instruction_source": ("instruction", "oracle"),
-    "proprioception": ("pose", "gripper"),
+    "proprioception": ("pose", "position", "gripper"),
     "rotation": ("bins", "bins_in_turn", "sixd"),
     "dtype": ("bfloat16", "float32"),
 }
@@ -46,7 +46,8 @@ class LlakeyActionConfig(KeyframePolicyConfig):
         condition_on: which text steers the policy: the basic action's instruction, the skill's task, or both.
         instruction_source: "oracle" reads the expert's instruction from the environment where none was given.
         use_state: also condition on the present hand; ``proprioception`` is what is told of it: its "pose" and gripper
-            opening, or as in RVT the opening of its "gripper" alone.
+            opening, its "position" and gripper opening, or as in RVT the opening of its "gripper" alone. A policy that
+            is told the pose may learn to keep a turn of the hand that it should have corrected.
         use_timestep: also condition on the number of actions taken so far (``observation.step``), as RVT does.
         rotation: "bins" predicts the three angles apart, "bins_in_turn" about x, then y, then z, each knowing those
             before it (RVT-2), "sixd" a continuous rotation (Zhou et al. 2019).

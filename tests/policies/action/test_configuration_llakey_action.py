@@ -31,7 +31,7 @@ def test_settings_survive_saving(tmp_path):
         ({"rotation": "euler"}, "rotation out of 'bins', 'bins_in_turn', 'sixd'"),
         ({"rotation_frames": ["view", "wall"]}, r"rotation_frames out of view, hand, base, got \['view', 'wall'\]"),
         ({"rotation_frames": []}, "pick one or more"),
-        ({"proprioception": "all"}, "proprioception out of 'pose', 'gripper'"),
+        ({"proprioception": "all"}, "proprioception out of 'pose', 'position', 'gripper'"),
         ({"view_size": 100}, "multiple of 16 for design 'small', got 100; try 96"),
         ({"design": "rvt", "patch_size": 11, "view_size": 224}, "multiple of 11 for design 'rvt', got 224; try 220"),
         ({"design": "rvt2", "view_size": 112, "transformer_heads": 6}, "divide token_width, got 6 and 512"),

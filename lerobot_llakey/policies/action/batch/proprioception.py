@@ -23,8 +23,8 @@ class Proprioception:
     """What is told about the hand.
 
     Attributes:
-        vector: (B, P) the network's input: the gripper's opening, then sine and cosine of the hand's angles unless the
-            gripper alone is told, then the timestep if it is asked for.
+        vector: (B, P) the network's input: the gripper's opening, then sine and cosine of the hand's angles where the
+            pose is told, then the timestep if it is asked for.
         place: (B, 3) metres, NaN where it is not told.
         angles: (B, 3) of the hand in radians, see :mod:`heads.targets`; zero where they are not told.
     """
@@ -54,8 +54,9 @@ def read_proprioception(batch: Mapping[str, Any], config: LlakeyActionConfig) ->
             raise ValueError(f"Expected {schema.STATE} in the batch, got none; add it or train with use_state=false.")
         state = batch[schema.STATE].float()
         opening = state[:, schema.GRIPPER, None]
-        if config.proprioception == "pose":
+        if config.proprioception != "gripper":
             place = state[:, schema.POSITION]
+        if config.proprioception == "pose":
             angles = quaternion_to_angles(F.normalize(state[:, schema.QUATERNION], dim=-1))
             turns = torch.cat((angles.sin(), angles.cos()), dim=1)
     parts = [opening, turns] if config.proprioception == "pose" else [opening]

@@ -9,7 +9,7 @@ from lerobot_llakey.policies.action.batch.proprioception import proprioception_w
 from lerobot_llakey.policies.action.heads.targets import quaternion_to_angles
 
 
-@pytest.mark.parametrize("told", ["pose", "gripper"])
+@pytest.mark.parametrize("told", ["pose", "position", "gripper"])
 @pytest.mark.parametrize("use_state", [True, False])
 @pytest.mark.parametrize("use_timestep", [True, False])
 def test_the_vector_is_as_wide_as_said(told: str, use_state: bool, use_timestep: bool) -> None:
@@ -27,6 +27,13 @@ def test_the_pose_tells_place_and_angles() -> None:
     assert torch.allclose(hand.angles, angles)
     expected = torch.cat((batch[schema.STATE][:, 7:8], angles.sin(), angles.cos()), dim=1)
     assert torch.allclose(hand.vector, expected)
+
+
+def test_the_position_tells_no_angles() -> None:
+    batch, _, _ = observation(rows=2)
+    hand = read_proprioception(batch, small_config(proprioception="position"))
+    assert torch.equal(hand.place, batch[schema.STATE][:, :3])
+    assert torch.equal(hand.vector, batch[schema.STATE][:, 7:8]) and (hand.angles == 0).all()
 
 
 def test_the_gripper_alone_tells_no_place() -> None:
