@@ -48,6 +48,7 @@ class LlakeyActionConfig(KeyframePolicyConfig):
         use_state: also condition on the present hand; ``proprioception`` is what is told of it: its "pose" and gripper
             opening, its "position" and gripper opening, or as in RVT the opening of its "gripper" alone. A policy that
             is told the pose may learn to keep a turn of the hand that it should have corrected.
+        turn_blur: degrees, standard deviation about each axis, by which training tells a wrong turn of the hand.
         use_timestep: also condition on the number of actions taken so far (``observation.step``), as RVT does.
         rotation: "bins" predicts the three angles apart, "bins_in_turn" about x, then y, then z, each knowing those
             before it (RVT-2), "sixd" a continuous rotation (Zhou et al. 2019).
@@ -92,6 +93,7 @@ class LlakeyActionConfig(KeyframePolicyConfig):
     instruction_source: str = "oracle"
     use_state: bool = True
     proprioception: str = "pose"
+    turn_blur: float = 0.0
     use_timestep: bool = False
     rotation: str = "bins"
     rotation_bins: int = 72
@@ -140,6 +142,8 @@ class LlakeyActionConfig(KeyframePolicyConfig):
                 raise ValueError(
                     f"Expected {name} out of {', '.join(map(repr, choices))}, got {value!r}; pick one of these."
                 )
+        if self.turn_blur < 0:
+            raise ValueError(f"Expected turn_blur of 0 degrees or more, got {self.turn_blur}; correct it.")
         for name in ("point_dropout", "colour_jitter"):
             if not 0 <= (share := getattr(self, name)) < 1:
                 raise ValueError(f"Expected {name} from 0 up to but not including 1, got {share}; correct it.")

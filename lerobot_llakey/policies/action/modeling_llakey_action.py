@@ -122,7 +122,7 @@ class LlakeyActionPolicy(PreTrainedPolicy):
             cloud = fuse_views(batch, config.cameras, self.workspace)
             if self.training:
                 cloud = varied(cloud, len(target), config.point_dropout, config.colour_jitter)
-            hand = read_proprioception(batch, config)
+            hand = read_proprioception(batch, config, config.turn_blur if self.training else 0.0)
         texts = read_texts(batch, config)
         if self.training:
             texts[-1] = [reworded(text, config.paraphrase_probability, self._rng) for text in texts[-1]]

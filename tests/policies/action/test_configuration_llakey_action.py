@@ -38,6 +38,7 @@ def test_settings_survive_saving(tmp_path):
         ({"workspace": [[0, 1], [1, 0], [0, 1]]}, "low, high"),
         ({"views": ["top", "below"]}, "views out of"),
         ({"views": ["front", "back"]}, "x, y and z"),
+        ({"turn_blur": -1.0}, "turn_blur of 0 degrees or more"),
     ],
 )
 def test_wrong_settings_are_named(setting, message):

@@ -1,6 +1,6 @@
 """Random rigid motions of the whole scene (PerAct, RVT): cloud, target and present pose move together.
 
-Clouds can also be thinned and recoloured, which moves nothing.
+Clouds can also be thinned and recoloured, which moves nothing, and what is told about the hand blurred.
 """
 
 from __future__ import annotations
@@ -64,6 +64,23 @@ def sample_motion(target: Tensor, workspace: Tensor, translation: float, yaw_deg
     high = (workspace[:, 1] - margin - target).clamp(0.0, translation)
     shift = low + torch.rand_like(target) * (high - low)
     return RigidMotion(yaw, target, shift)
+
+
+def blurred(quaternion: Tensor, degrees: float) -> Tensor:
+    """Turns of the hand that are a little wrong, to be told in training.
+
+    Demonstrations come to a thing with the hand already turned as it will be needed. A policy that is told the turn
+    exactly learns to keep it, and with it errors of its own; told a blurred one, it has to look.
+
+    Args:
+        quaternion: (B, 4) unit, xyzw.
+        degrees: standard deviation of the error about each axis of the hand.
+    """
+    vector = torch.randn(len(quaternion), 3, device=quaternion.device) * math.radians(degrees)
+    angle = vector.norm(dim=1, keepdim=True).clamp(min=1e-9)
+    error = torch.cat((vector / angle * (angle / 2).sin(), (angle / 2).cos()), dim=1)
+    hand, turn = geometry.quaternion_to_matrix(quaternion), geometry.quaternion_to_matrix(error)
+    return geometry.matrix_to_quaternion(hand @ turn)
 
 
 def varied(cloud: PointCloud, batch: int, point_dropout: float, colour_jitter: float) -> PointCloud:

@@ -11,6 +11,7 @@ from torch import Tensor
 from torch.nn import functional as F
 
 from lerobot_llakey import schema
+from lerobot_llakey.policies.action.batch.augmentation import blurred
 from lerobot_llakey.policies.action.configuration_llakey_action import LlakeyActionConfig
 from lerobot_llakey.policies.action.heads.targets import quaternion_to_angles
 
@@ -39,8 +40,13 @@ def proprioception_width(config: LlakeyActionConfig) -> int:
     return (7 if config.proprioception == "pose" else 1) + config.use_timestep
 
 
-def read_proprioception(batch: Mapping[str, Any], config: LlakeyActionConfig) -> Proprioception:
+def read_proprioception(batch: Mapping[str, Any], config: LlakeyActionConfig, turn_blur: float = 0.0) -> Proprioception:
     """Read the state (B, 15) and the step (B, 1) of a batch, as the settings ask.
+
+    Args:
+        batch: in the data contract.
+        config: what is told.
+        turn_blur: degrees, see :func:`augmentation.blurred`; 0 tells the turn as it is.
 
     Raises:
         ValueError: if the step or the state is asked for and missing.
@@ -57,7 +63,8 @@ def read_proprioception(batch: Mapping[str, Any], config: LlakeyActionConfig) ->
         if config.proprioception != "gripper":
             place = state[:, schema.POSITION]
         if config.proprioception == "pose":
-            angles = quaternion_to_angles(F.normalize(state[:, schema.QUATERNION], dim=-1))
+            turn = F.normalize(state[:, schema.QUATERNION], dim=-1)
+            angles = quaternion_to_angles(blurred(turn, turn_blur) if turn_blur > 0 else turn)
             turns = torch.cat((angles.sin(), angles.cos()), dim=1)
     parts = [opening, turns] if config.proprioception == "pose" else [opening]
     if config.use_timestep:

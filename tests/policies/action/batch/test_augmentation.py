@@ -4,7 +4,7 @@ import pytest
 import torch
 
 from lerobot_llakey import geometry, schema
-from lerobot_llakey.policies.action.batch.augmentation import sample_motion, varied
+from lerobot_llakey.policies.action.batch.augmentation import blurred, sample_motion, varied
 from lerobot_llakey.policies.action.batch.point_cloud import PointCloud, inside
 
 WORKSPACE = torch.tensor(schema.WORKSPACE)
@@ -25,6 +25,16 @@ def test_targets_stay_in_the_workspace_and_move_within_the_limits():
     assert (moved - positions).abs().max() <= 0.125 + 1e-5
     assert (moved - positions).abs().amax(dim=0).min() > 0.1
     assert 40 < math.degrees(motion.yaw.abs().max()) <= 45
+
+
+def test_a_blurred_turn_is_off_by_as_much_as_said_about_every_axis():
+    _, quaternions = random_poses(4000)
+    torch.manual_seed(0)
+    told = geometry.quaternion_to_matrix(blurred(quaternions, 5.0))
+    error = geometry.quaternion_to_matrix(quaternions).transpose(1, 2) @ told
+    about = torch.stack((error[:, 2, 1], error[:, 0, 2], error[:, 1, 0]), dim=1)
+    assert torch.rad2deg(about.std(dim=0)) == pytest.approx([5.0] * 3, rel=0.1)
+    assert torch.rad2deg(about.mean(dim=0)).abs().max() < 0.5
 
 
 def test_points_and_poses_move_as_one_body():

@@ -44,6 +44,17 @@ def test_the_gripper_alone_tells_no_place() -> None:
     assert hand.place.isnan().all() and (hand.angles == 0).all()
 
 
+def test_a_blurred_turn_blurs_nothing_else() -> None:
+    batch, _, _ = observation(rows=2)
+    torch.manual_seed(0)
+    exact, blurred = read_proprioception(batch, small_config()), read_proprioception(batch, small_config(), 7.0)
+    assert torch.equal(exact.place, blurred.place) and torch.equal(exact.vector[:, 0], blurred.vector[:, 0])
+    off = torch.rad2deg((exact.angles - blurred.angles).abs())
+    assert (off > 0.1).any() and (off < 45).all()
+    expected = torch.cat((blurred.angles.sin(), blurred.angles.cos()), dim=1)
+    assert torch.allclose(blurred.vector[:, 1:], expected)
+
+
 def test_the_timestep_runs_from_one_to_minus_one_as_in_rvt() -> None:
     batch, _, _ = observation(rows=3)
     batch[schema.STEP] = torch.tensor([[0.0], [12.0], [24.0]])
