@@ -52,14 +52,14 @@ class DaggerConfig:
 def run(config: DaggerConfig) -> None:
     """Collect and say where."""
     settings = DaggerSettings(
-        config.policy_path,
-        tuple(parse_tasks(config.task)),
-        config.num_episodes,
-        config.split,
-        config.first_seed,
-        config.image_size,
-        config.max_steps,
-        config.expert_share,
+        policy_path=config.policy_path,
+        tasks=tuple(parse_tasks(config.task)),
+        num_episodes=config.num_episodes,
+        split=config.split,
+        first_seed=config.first_seed,
+        image_size=config.image_size,
+        max_steps=config.max_steps,
+        expert_share=config.expert_share,
     )
     collect(settings, config.root, config.repo_id, config.num_workers)
     print(f"keysteps: {config.root}")

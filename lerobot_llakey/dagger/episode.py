@@ -60,7 +60,7 @@ def visited_frames(
 def _labelled(env: LlakeySimEnv, waypoint: Waypoint, previous: str, step: int) -> Frame:
     """The present state with the expert's action and instruction."""
     task = env.world.task
-    return frame_columns(env.rig.render_all(env.world.data)) | {
+    return frame_columns(env.pictures) | {
         schema.TASK: task.description,
         schema.STATE: env.world.state(),
         schema.ACTION: waypoint_action(waypoint),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import gymnasium as gym
@@ -11,7 +11,7 @@ from gymnasium import spaces
 
 from lerobot_llakey import schema
 from lerobot_llakey.geometry import Pose
-from lerobot_llakey.sim.cameras import CameraRig
+from lerobot_llakey.sim.cameras import RGBD, CameraRig
 from lerobot_llakey.sim.disturbances import check_disturbance
 from lerobot_llakey.sim.planning import PlanningError
 from lerobot_llakey.sim.tasks import make_task
@@ -70,6 +70,7 @@ class LlakeySimEnv(gym.Env):
         self._image_size, self._render_size, self._detailed = image_size, render_size, detailed
         self._world: World | None = None
         self._rig: CameraRig | None = None
+        self._pictures: Mapping[str, RGBD] = {}
         self._elapsed = 0
         self._on_frame: Callable[[np.ndarray], None] | None = None
         self.observation_space = _observation_space(image_size, oracle_instructions)
@@ -93,6 +94,11 @@ class LlakeySimEnv(gym.Env):
         if self._rig is None:
             self._rig = CameraRig(self.world.model, self._image_size)
         return self._rig
+
+    @property
+    def pictures(self) -> Mapping[str, RGBD]:
+        """What each camera showed in the last observation; empty before the first reset."""
+        return self._pictures
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -158,7 +164,7 @@ class LlakeySimEnv(gym.Env):
             self.world.observe(lambda: callback(self.render()), self._watch_fps)
 
     def _observation(self) -> dict[str, Any]:
-        pictures = self.rig.render_all(self.world.data)
+        pictures = self._pictures = self.rig.render_all(self.world.data)
         observation: dict[str, Any] = {
             "pixels": {camera: pictures[camera].rgb for camera in schema.CAMERAS},
             "agent_pos": self.world.state(),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import mujoco
@@ -220,7 +220,7 @@ def render_frames(
         yield frame, rig.render_all(scratch)
 
 
-def frame_columns(pictures: dict[str, RGBD]) -> dict[str, np.ndarray]:
+def frame_columns(pictures: Mapping[str, RGBD]) -> dict[str, np.ndarray]:
     """Pictures under the contract's names: RGB uint8 (H, W, 3), depth uint16 (H, W, 1) in millimetres, cameras."""
     columns: dict[str, np.ndarray] = {}
     for camera, picture in pictures.items():

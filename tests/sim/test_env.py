@@ -36,6 +36,15 @@ def test_experts_actions_solve_an_episode(env: LlakeySimEnv) -> None:
     assert terminated and reward == 1.0 and info["is_success"]
 
 
+def test_the_last_pictures_are_those_of_the_observation(env: LlakeySimEnv) -> None:
+    env.reset(seed=0)
+    observation, *_ = env.step(_expert_action(env))
+    assert list(env.pictures) == list(schema.CAMERAS)
+    for camera, picture in env.pictures.items():
+        assert np.array_equal(picture.rgb, observation["pixels"][camera])
+        assert np.array_equal(picture.depth[None], observation[f"images.{camera}_depth"])
+
+
 def test_unreachable_is_a_step_without_motion(env: LlakeySimEnv) -> None:
     before, _ = env.reset(seed=1)
     far = np.array([1.9, 0, 0.4, 1, 0, 0, 0, 1, 0], dtype=np.float32)
