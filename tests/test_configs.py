@@ -50,4 +50,5 @@ def test_there_are_recipes() -> None:
         "action_rvt_baseline",
         "action_small_baseline",
         "command_small",
+        "command_small_wrist",
     }
