@@ -32,16 +32,30 @@ def merge(sources: Sequence[Path], target: Path, repo_id: str) -> None:
         repo_id: its name.
 
     Raises:
-        ValueError: if the features differ.
+        ValueError: if a dataset has other columns than the first, or columns of another kind.
     """
     name = "local/part"
     # LeRobot's functions draw progress bars of their own.
     with contextlib.redirect_stderr(io.StringIO()):
         metas = [LeRobotDatasetMetadata(name, root=source) for source in sources]
+        _check_columns(metas)
         if metas[0].video_keys:
             aggregate_datasets([name] * len(sources), repo_id, roots=list(sources), aggr_root=target)
         else:
             _merge_images(metas, target, repo_id)
+
+
+def _check_columns(metas: Sequence[LeRobotDatasetMetadata]) -> None:
+    """LeRobot's own check prints every feature of both datasets; this one names the columns that differ."""
+    first = metas[0]
+    for meta in metas[1:]:
+        lacking, further = set(first.features) - set(meta.features), set(meta.features) - set(first.features)
+        if lacking or further:
+            has = [f"{word} {', '.join(sorted(keys))}" for word, keys in (("no", lacking), ("also", further)) if keys]
+            raise ValueError(
+                f"Expected the columns of {first.root} in {meta.root}, which has {' and '.join(has)}; collect both "
+                f"with the same version, or remove the columns with lerobot-edit-dataset."
+            )
 
 
 def _merge_images(metas: list[LeRobotDatasetMetadata], target: Path, repo_id: str) -> None:
