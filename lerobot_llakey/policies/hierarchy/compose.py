@@ -91,6 +91,10 @@ def save(policy: LlakeyPolicy, output_dir: str | Path, half: bool = False) -> No
         output_dir: folder to write.
         half: store floating-point weights in float16.
     """
+    # Where a part was trained from is a folder of the machine that trained it.
+    for part in (policy.config.command, policy.config.action):
+        if part is not None:
+            part.pretrained_path = None
     policy.save_pretrained(output_dir)
     if half:
         _halve(Path(output_dir) / SAFETENSORS_SINGLE_FILE)

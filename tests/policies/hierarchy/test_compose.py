@@ -28,6 +28,17 @@ def test_two_parts_become_one_checkpoint_that_lerobot_loads(make_tiny, keysteps,
     assert schema.INSTRUCTION not in config.input_features
 
 
+def test_the_checkpoint_does_not_say_in_which_folders_its_parts_lay(make_tiny, tmp_path: Path) -> None:
+    trained = make_tiny()
+    for name, part in (("command", trained.command), ("action", trained.action)):
+        part.config.pretrained_path = tmp_path / "somewhere"
+        part.save_pretrained(tmp_path / name)
+    assert "somewhere" in (tmp_path / "action" / "config.json").read_text()
+    compose(tmp_path / "command", tmp_path / "action", tmp_path / "both", device="cpu")
+    settings = _settings(tmp_path / "both")
+    assert settings["command"]["pretrained_path"] is None and settings["action"]["pretrained_path"] is None
+
+
 def test_half_precision_halves_the_file_and_barely_changes_the_actions(make_tiny, observation, tmp_path: Path) -> None:
     trained = make_tiny()
     trained.command.save_pretrained(tmp_path / "command")
