@@ -55,11 +55,11 @@ def plan_table(ledger: Ledger, rates: Rates, side_by_side: int) -> str:
 
 
 def time_table(ledger: Ledger) -> str:
-    """What the stages took."""
+    """What each stage took; the sum of the times is more than the clock says where trainings ran side by side."""
     markers = [(name, ledger.markers[name]) for name in ledger.stages if name in ledger.markers]
     rows = [[name, clock(marker.seconds), clock(marker.cpu_seconds)] for name, marker in markers]
     totals = (sum(marker.seconds for _, marker in markers), sum(marker.cpu_seconds for _, marker in markers))
-    return markdown_table(["stage", "time", "processor time"], [*rows, ["all", *map(clock, totals)]])
+    return markdown_table(["stage", "time", "processor time"], [*rows, ["added up", *map(clock, totals)]])
 
 
 def _ready(ledger: Ledger, stage: Stage) -> bool:

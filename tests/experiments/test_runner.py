@@ -50,4 +50,4 @@ def test_the_plan_says_what_is_left(tmp_path: Path) -> None:
     table = plan_table(Ledger(tmp_path, work.stages()), Rates(), 1)
     states = [line.split("|")[4].strip() for line in table.splitlines()[2:5]]
     assert states == ["done", "begun", ""] and "About 2 min for what is left" in table
-    assert "| all" in time_table(Ledger(tmp_path, work.stages()))
+    assert "| added up" in time_table(Ledger(tmp_path, work.stages()))
