@@ -39,7 +39,7 @@ def small_config(**settings: Any) -> LlakeyActionConfig:
     features = dataset_to_policy_features(schema.keystep_features(32, 32))
     small = {
         "view_size": 64,
-        "proprioception": "pose",
+        "turn_blur": 0.0,
         "widths": [16, 24, 32],
         "blocks": [1, 1],
         "transformer_layers": 1,

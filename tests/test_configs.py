@@ -31,6 +31,7 @@ def test_the_small_baseline_differs_in_what_it_is_told_alone() -> None:
     told = {key: (value, policies[1][key]) for key, value in policies[0].items() if value != policies[1][key]}
     assert told == {
         "condition_on": ("instruction", "task"),
+        "proprioception": ("pose", "gripper"),
         "use_timestep": (False, True),
     }
 

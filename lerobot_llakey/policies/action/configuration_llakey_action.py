@@ -46,10 +46,10 @@ class LlakeyActionConfig(KeyframePolicyConfig):
         condition_on: which text steers the policy: the basic action's instruction, the skill's task, or both.
         instruction_source: "oracle" reads the expert's instruction from the environment where none was given.
         use_state: also condition on the present hand; ``proprioception`` is what is told of it: its "pose" and gripper
-            opening, its "position" and gripper opening, or as in RVT the opening of its "gripper" alone. A policy that
-            is told the pose may learn to keep a turn of the hand that it should have corrected; one that is not cannot
-            tell which way round a symmetric hand is.
-        turn_blur: degrees, standard deviation about each axis, by which training tells a wrong turn of the hand.
+            opening, its "position" and gripper opening, or as in RVT the opening of its "gripper" alone.
+        turn_blur: degrees, standard deviation about each axis, by which training tells a wrong turn of the hand where
+            the pose is told. A policy that may trust it learns to keep a turn that it should have corrected; one that
+            is told nothing cannot see which way round a symmetric hand is.
         use_timestep: also condition on the number of actions taken so far (``observation.step``), as RVT does.
         rotation: "bins" predicts the three angles apart, "bins_in_turn" about x, then y, then z, each knowing those
             before it (RVT-2), "sixd" a continuous rotation (Zhou et al. 2019).
@@ -93,8 +93,8 @@ class LlakeyActionConfig(KeyframePolicyConfig):
     condition_on: str = "instruction"
     instruction_source: str = "oracle"
     use_state: bool = True
-    proprioception: str = "gripper"
-    turn_blur: float = 0.0
+    proprioception: str = "pose"
+    turn_blur: float = 25.0
     use_timestep: bool = False
     rotation: str = "bins"
     rotation_bins: int = 72
