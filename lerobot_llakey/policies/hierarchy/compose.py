@@ -38,6 +38,10 @@ def compose(
     """
     config = LlakeyConfig(command_path=str(command_path), action_path=str(action_path), **settings)
     policy = LlakeyPolicy(config).eval()
+    # Where a part was trained from is a folder of the machine that trained it.
+    for part in (config.command, config.action):
+        if part is not None:
+            part.pretrained_path = None
     save(policy, output_dir, half)
     return policy
 
@@ -91,10 +95,6 @@ def save(policy: LlakeyPolicy, output_dir: str | Path, half: bool = False) -> No
         output_dir: folder to write.
         half: store floating-point weights in float16.
     """
-    # Where a part was trained from is a folder of the machine that trained it.
-    for part in (policy.config.command, policy.config.action):
-        if part is not None:
-            part.pretrained_path = None
     policy.save_pretrained(output_dir)
     if half:
         _halve(Path(output_dir) / SAFETENSORS_SINGLE_FILE)
