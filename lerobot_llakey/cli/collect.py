@@ -17,6 +17,7 @@ from lerobot_llakey.cli.errors import one_sentence
 from lerobot_llakey.datasets.balance import Balance, sampling_mode
 from lerobot_llakey.datasets.collect import collect
 from lerobot_llakey.datasets.plan import CollectSettings, Targets
+from lerobot_llakey.sim.disturbances import EVENTS
 from lerobot_llakey.sim.tasks import parse_tasks
 
 
@@ -37,6 +38,7 @@ class CollectConfig:
         min_per_segment: keysteps of each segment at the least.
         keyframe_repeats: how often a keystep at a keyframe counts.
         recovery: share of episodes with an unforeseen event, from which the expert recovers.
+        events: the unforeseen events to draw from, separated by commas; all four by default.
         imprecise: share of episodes in which the hand ends up to 2 cm beside its marks, and the expert goes on.
         split: of the scene seeds: train, val or test.
         first_seed: index into the split at which to begin.
@@ -58,6 +60,7 @@ class CollectConfig:
     min_per_segment: int = 3
     keyframe_repeats: int = 6
     recovery: float = 0.0
+    events: str = ",".join(EVENTS)
     imprecise: float = 0.0
     split: str = "train"
     first_seed: int = 0
@@ -90,6 +93,7 @@ class CollectConfig:
                 sampling_mode(self.keystep_mode), self.keystep_stride, self.min_per_segment, self.keyframe_repeats
             ),
             recovery=self.recovery,
+            events=tuple(self.events.split(",")),
             imprecise=self.imprecise,
         )
 

@@ -28,6 +28,7 @@ class DaggerConfig:
         root: folder of the keysteps; a run that was stopped goes on from it.
         repo_id: their name.
         expert_share: share of the actions that the expert carries out itself.
+        disturbance: what disturbs each episode: drop, block, shift, empty_grasp or imprecise; nothing where empty.
         max_steps: actions after which an episode ends.
         split: of the scene seeds: train, val or test.
         first_seed: index into the split at which to begin; take scenes that no demonstration has.
@@ -41,6 +42,7 @@ class DaggerConfig:
     root: Path
     repo_id: str = "local/llakey_dagger"
     expert_share: float = 0.2
+    disturbance: str = ""
     max_steps: int = 15
     split: str = "train"
     first_seed: int = 100_000
@@ -60,6 +62,7 @@ def run(config: DaggerConfig) -> None:
         image_size=config.image_size,
         max_steps=config.max_steps,
         expert_share=config.expert_share,
+        disturbance=config.disturbance,
     )
     collect(settings, config.root, config.repo_id, config.num_workers)
     print(f"keysteps: {config.root}")

@@ -65,7 +65,12 @@ def _collect_part(settings: DaggerSettings, task: str, start: int, stop: int, fo
     temporary = folder.with_name(f"unfinished-{folder.name}-{os.getpid()}")
     shutil.rmtree(temporary, ignore_errors=True)
     env = LlakeySimEnv(
-        task, settings.split, settings.image_size, episode_length=settings.max_steps, oracle_instructions=True
+        task,
+        settings.split,
+        settings.image_size,
+        episode_length=settings.max_steps,
+        oracle_instructions=True,
+        disturbance=settings.disturbance,
     )
     features = schema.keystep_features(settings.image_size, settings.image_size)
     with ImageDatasetWriter("local/part", temporary / _KIND, FPS, features, ROBOT_TYPE) as writer:

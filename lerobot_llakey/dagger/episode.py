@@ -59,7 +59,7 @@ def visited_frames(
 
 def _labelled(env: LlakeySimEnv, waypoint: Waypoint, previous: str, step: int) -> Frame:
     """The present state with the expert's action and instruction."""
-    task = env.world.task
+    task, disturbance = env.world.task, env.world.disturbance
     return frame_columns(env.pictures) | {
         schema.TASK: task.description,
         schema.STATE: env.world.state(),
@@ -74,5 +74,5 @@ def _labelled(env: LlakeySimEnv, waypoint: Waypoint, previous: str, step: int) -
         schema.EPISODE_VARIATION: np.array([int(task.variation)]),
         schema.EPISODE_SEQUENCE: np.array([int(task.sequence)]),
         schema.EPISODE_TASK: task.name,
-        schema.EPISODE_EVENT: "",
+        schema.EPISODE_EVENT: env.disturbance if disturbance is not None and disturbance.struck else "",
     }

@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from lerobot_llakey import schema
+from lerobot_llakey.sim.disturbances import check_disturbance
 
 
 @dataclass(frozen=True)
@@ -23,9 +24,11 @@ class DaggerSettings:
         image_size: pixels of height and width.
         max_steps: actions after which an episode ends.
         expert_share: share of the actions that the expert carries out itself, so that later states are met as well.
+        disturbance: what disturbs every episode, out of :data:`~lerobot_llakey.sim.disturbances.DISTURBANCES`; nothing
+            where empty.
 
     Raises:
-        ValueError: if a number is out of range or the split is unknown.
+        ValueError: if a number is out of range, or the split or the disturbance is unknown.
     """
 
     policy_path: str
@@ -36,6 +39,7 @@ class DaggerSettings:
     image_size: int = schema.IMAGE_SIZE
     max_steps: int = 15
     expert_share: float = 0.2
+    disturbance: str = ""
 
     def __post_init__(self) -> None:
         counts = (self.num_episodes, self.image_size, self.max_steps)
@@ -47,6 +51,7 @@ class DaggerSettings:
         if not 0 <= self.expert_share <= 1:
             raise ValueError(f"Expected expert_share in 0..1, got {self.expert_share}; correct it.")
         schema.scene_seed(self.split, self.first_seed)
+        check_disturbance(self.disturbance)
 
     def __len__(self) -> int:
         """Number of episodes over all tasks."""
@@ -61,4 +66,7 @@ class DaggerSettings:
     def resumable(self) -> dict[str, Any]:
         """What must stay the same when a run goes on."""
         kept: dict[str, Any] = json.loads(json.dumps(asdict(self)))
+        # As in the records of datasets made before there was this setting.
+        if not self.disturbance:
+            del kept["disturbance"]
         return kept

@@ -31,6 +31,10 @@ class CollectSettings:
         balance: how keysteps are drawn.
         recovery: share of episodes with an unforeseen event, from which the expert recovers.
         imprecise: share of episodes in which the hand ends beside its marks.
+        events: the unforeseen events to draw from.
+
+    Raises:
+        ValueError: if the shares are out of range, or there is no such event.
     """
 
     tasks: tuple[str, ...]
@@ -42,12 +46,17 @@ class CollectSettings:
     balance: Balance = PAPER
     recovery: float = 0.0
     imprecise: float = 0.0
+    events: tuple[str, ...] = EVENTS
 
     def __post_init__(self) -> None:
         shares = (self.recovery, self.imprecise)
         if min(shares) < 0 or sum(shares) > 1:
             raise ValueError(
                 f"Expected shares recovery and imprecise of 0 or more, together at most 1, got {shares}; lower one."
+            )
+        if not self.events or not set(self.events) <= set(EVENTS):
+            raise ValueError(
+                f"Expected events out of {', '.join(EVENTS)}, got {', '.join(self.events) or 'none'}; pick of these."
             )
 
     def __len__(self) -> int:
@@ -65,7 +74,7 @@ class CollectSettings:
     def disturbance(self, number: int) -> str | None:
         """What disturbs the ``number``-th episode of every task, drawn by its number alone."""
         rng = np.random.default_rng((self.first_seed, number))
-        draw, event = rng.random(), str(rng.choice(EVENTS))
+        draw, event = rng.random(), str(rng.choice(self.events))
         if draw < self.recovery:
             return event
         return IMPRECISE if draw < self.recovery + self.imprecise else None
@@ -78,6 +87,8 @@ class CollectSettings:
         # In the form of the first datasets' records, which knew the mode alone.
         balance = kept.pop("balance")
         kept["keystep_mode"] = balance.pop("mode")
+        if self.events == EVENTS:
+            del kept["events"]
         return kept | {key: value for key, value in balance.items() if value != getattr(PAPER, key)}
 
 

@@ -66,7 +66,7 @@ class LlakeySimEnv(gym.Env):
         self.metadata = {"render_modes": ["rgb_array"], "render_fps": render_fps}
         self._max_episode_steps = episode_length
         self._oracle_instructions = oracle_instructions
-        self._disturbance = disturbance
+        self.disturbance = disturbance
         self._image_size, self._render_size, self._detailed = image_size, render_size, detailed
         self._world: World | None = None
         self._rig: CameraRig | None = None
@@ -108,7 +108,7 @@ class LlakeySimEnv(gym.Env):
         index = int(self.np_random.integers(len(schema.SEED_RANGES[self.split]))) if seed is None else seed
         self.world.observe(None)
         seed, variation = schema.scene_seed(self.split, index), (options or {}).get("variation")
-        self.world.reset(seed, variation, self._disturbance or None)
+        self.world.reset(seed, variation, self.disturbance or None)
         self._watch()
         self._elapsed = 0
         return self._observation(), self._info(bool(self._task.success(self.world)), "")

@@ -51,6 +51,14 @@ def test_the_expert_may_do_it_all(env: LlakeySimEnv) -> None:
     assert said(visit(env, Hands(wrong_hands=True), expert_share=1.0)) == ["move", "grasp", "pull"]
 
 
+def test_from_a_disturbance_on_the_frames_bear_its_name() -> None:
+    env = small_env("open_drawer", "train", episode_length=8, disturbance="empty_grasp")
+    frames = visit(env, Hands())
+    assert said(frames)[:2] == ["move", "grasp"] and said(frames).count("grasp") == 2
+    events = [frame[schema.EPISODE_EVENT] for frame in frames]
+    assert events == [""] * 2 + ["empty_grasp"] * (len(frames) - 2)
+
+
 def test_frames_fit_the_contract(env: LlakeySimEnv) -> None:
     features = schema.keystep_features(32, 32)
     for frame in visit(env, Hands()):

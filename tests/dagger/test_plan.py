@@ -10,6 +10,11 @@ def test_parts_hold_every_episode_once() -> None:
     assert len(settings) == 14 == sum(stop - start for _, start, stop in parts)
 
 
+def test_what_disturbs_is_part_of_the_record_where_something_does() -> None:
+    calm, dropped = DaggerSettings("x", ("a",), 7), DaggerSettings("x", ("a",), 7, disturbance="drop")
+    assert dropped.resumable() == calm.resumable() | {"disturbance": "drop"}
+
+
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [
@@ -18,6 +23,7 @@ def test_parts_hold_every_episode_once() -> None:
         ({"expert_share": 1.5}, r"expert_share in 0\.\.1, got 1\.5"),
         ({"split": "holdout"}, "split"),
         ({"first_seed": -1}, "episode index"),
+        ({"disturbance": "rain"}, "Expected a disturbance out of drop, .* got 'rain'"),
     ],
 )
 def test_bad_settings_are_refused(wrong: dict, message: str) -> None:

@@ -49,6 +49,19 @@ def test_shares_of_disturbed_episodes_are_kept_whatever_the_variation() -> None:
     assert drawn == [replace(plan, num_episodes=1).disturbance(number) for number in range(2000)]
 
 
+def test_events_are_drawn_out_of_those_asked_for() -> None:
+    plan = replace(SETTINGS, recovery=1.0)
+    chosen = replace(plan, events=("drop", "shift"))
+    assert {chosen.disturbance(number) for number in range(100)} == {"drop", "shift"}
+    assert chosen.resumable() == plan.resumable() | {"events": ["drop", "shift"]}
+
+
+@pytest.mark.parametrize("events", [(), ("rain",), ("drop", "imprecise")])
+def test_what_is_no_event_is_refused(events: tuple[str, ...]) -> None:
+    with pytest.raises(ValueError, match="Expected events out of drop, block, shift, empty_grasp, got "):
+        replace(SETTINGS, events=events)
+
+
 def test_shares_beyond_one_are_refused() -> None:
     with pytest.raises(ValueError, match="together at most 1"):
         replace(SETTINGS, recovery=0.6, imprecise=0.6)
