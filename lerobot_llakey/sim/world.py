@@ -59,7 +59,7 @@ class World:
         Args:
             seed: determines the scene completely.
             variation: the task's variation; drawn from the seed where None.
-            disturbance: out of :data:`~lerobot_llakey.sim.disturbances.DISTURBANCES`, timed by the seed; or None.
+            disturbance: out of :data:`~lerobot_llakey.sim.disturbances.DISTURBANCES`, timed by the seed and the task; or None.
 
         Raises:
             ValueError: if the variation is out of range, or the disturbance unknown.
@@ -69,7 +69,9 @@ class World:
             raise ValueError(f"Expected a variation of {self.task.name} in [0, {count}), got {variation}; change it.")
         self.seed = seed
         self.rng = np.random.default_rng(seed)
-        self.disturbance = make_disturbance(disturbance, np.random.default_rng((seed, 1))) if disturbance else None
+        # The name as well: one seed stands for a scene of each task, and their events are not to strike in step.
+        moment = np.random.default_rng((seed, 1, *self.task.name.encode()))
+        self.disturbance = make_disturbance(disturbance, moment) if disturbance else None
         drawn = int(self.rng.integers(count))
         for name, value in self._pristine.items():
             getattr(self.model, name)[:] = value

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from lerobot_llakey.sim.events import Event
 from lerobot_llakey.sim.expert import demonstrate
 from lerobot_llakey.sim.tasks import make_task
 from lerobot_llakey.sim.world import World
@@ -59,3 +60,18 @@ def test_holding_is_seen_by_contact(drawer_world: World) -> None:
             break
     assert drawer_world.holds(f"{drawer_world.task.drawer}_drawer")
     assert drawer_world.carried() == []  # a drawer slides on its rails, it is not carried
+
+
+def test_the_events_of_two_tasks_do_not_strike_in_step(drawer_world: World) -> None:
+    jar_world = World(make_task("close_jar"))
+
+    def moments(world: World) -> list[int]:
+        drawn = []
+        for seed in range(4):
+            world.reset(seed, disturbance="drop")
+            assert isinstance(world.disturbance, Event)
+            drawn.append(int(world.disturbance.rng.integers(2**31)))
+        return drawn
+
+    assert moments(drawer_world) == moments(drawer_world)
+    assert len({*moments(drawer_world), *moments(jar_world)}) == 8
