@@ -59,7 +59,8 @@ class World:
         Args:
             seed: determines the scene completely.
             variation: the task's variation; drawn from the seed where None.
-            disturbance: out of :data:`~lerobot_llakey.sim.disturbances.DISTURBANCES`, timed by the seed and the task; or None.
+            disturbance: out of :data:`~lerobot_llakey.sim.disturbances.DISTURBANCES`, timed by the seed and
+                the task; or None.
 
         Raises:
             ValueError: if the variation is out of range, or the disturbance unknown.
