@@ -28,6 +28,8 @@ class LlakeyCommandConfig(PretrainedModelSettings, KeyframePolicyConfig):
             project; 0 is the paper's prompt.
         history_dropout: probability with which training hides the previous instruction, so that the images are
             read too.
+        proprioception: what is told of the robot beside the images: "none" as in the paper, or the hand's "pose" and
+            the gripper's opening as numbers (an extension of this project). A chat model is told nothing of it.
         backend: "local" runs the model in this process; "chat" asks the model of that name at ``base_url``, a server of
             the OpenAI-compatible chat-completions API, and trains nothing.
         base_url: address of that server, such as http://127.0.0.1:8000/v1; None is OpenAI's own.
@@ -43,7 +45,7 @@ class LlakeyCommandConfig(PretrainedModelSettings, KeyframePolicyConfig):
         target: what is answered: "instruction" is the paper's method; "action" is its attempt at direct actions after
             RT-2: the next keyframe's pose as numbers, from the task and the images alone, so that the policy acts by
             itself.
-        action_bins, workspace: of these numbers: how many values each has, and bounds in metres of x, y and z.
+        action_bins, workspace: of a pose's numbers: how many values each has, and bounds in metres of x, y and z.
         constrain: answer only with instructions known from training (or given in ``instructions``), and with legal
             poses where the target is the action.
         max_new_tokens: longest answer.
@@ -59,6 +61,7 @@ class LlakeyCommandConfig(PretrainedModelSettings, KeyframePolicyConfig):
     views: list[str] = field(default_factory=lambda: ["left_shoulder", "right_shoulder", "front"])
     history: int = 1
     history_dropout: float = 0.3
+    proprioception: str = "none"
 
     backend: str = "local"
     base_url: str | None = None
@@ -107,6 +110,10 @@ class LlakeyCommandConfig(PretrainedModelSettings, KeyframePolicyConfig):
             raise ValueError("Expected at least one camera in `views`, got none; give for example '[front]'.")
         if self.history not in (0, 1):
             raise ValueError(f"Expected `history` to be 0 or 1, got {self.history}; only one instruction is kept.")
+        if self.proprioception not in ("none", "pose"):
+            raise ValueError(
+                f"Expected `proprioception` none or pose, got {self.proprioception!r}; choose one of them."
+            )
         if self.backend not in ("local", "chat"):
             raise ValueError(f"Expected `backend` local or chat, got {self.backend!r}; choose one of them.")
         if self.dtype not in ("bfloat16", "float32"):
@@ -133,6 +140,11 @@ class LlakeyCommandConfig(PretrainedModelSettings, KeyframePolicyConfig):
     def image_keys(self) -> list[str]:
         """Feature names of the views' images, in their order."""
         return [schema.image_key(view) for view in self.views]
+
+    @property
+    def tells_state(self) -> bool:
+        """Whether the prompt tells the robot's state."""
+        return self.proprioception == "pose" and self.backend == "local"
 
     def validate_features(self) -> None:
         """Check that every view is among the input features.

@@ -10,14 +10,15 @@ import torch
 
 from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
 from lerobot_llakey.policies.command.encoding import Encoder
+from lerobot_llakey.policies.command.pose_text import PoseText
 from lerobot_llakey.policies.command.pretrained.encoder import ProcessorEncoder
 from lerobot_llakey.policies.command.pretrained.freezing import train_parts
 from lerobot_llakey.policies.command.pretrained.loading import build_from_assets, load_pretrained
 from lerobot_llakey.policies.command.prompt import sentences
 from lerobot_llakey.policies.command.small.build import build_small
 from lerobot_llakey.policies.command.small.encoder import WordEncoder
+from lerobot_llakey.policies.command.small.numbers import spread_numbers
 from lerobot_llakey.policies.command.small.tokenizer import WordTokenizer, grammar_words
-from lerobot_llakey.policies.command.targets.pose_text import PoseText
 
 
 @dataclass
@@ -47,12 +48,16 @@ def build_language_model(config: LlakeyCommandConfig, assets_dir: str | Path | N
     """
     if config.model is None:
         # Without words the vocabulary of a dataset is unknown; bytes and the grammar still spell everything.
-        numbers = PoseText(config.action_bins, config.workspace).numbers if config.target == "action" else []
-        words_of_answers = [*(config.words or grammar_words()), *numbers]
-        tokenizer = WordTokenizer(list(dict.fromkeys(words_of_answers)), sentences(config.views))
+        has_numbers = config.target == "action" or config.tells_state
+        numbers = PoseText(config.action_bins, config.workspace).numbers if has_numbers else []
+        known = list(dict.fromkeys([*(config.words or grammar_words()), *numbers]))
+        tokenizer = WordTokenizer(known, sentences(config.views, config.tells_state))
         image_tokens = (config.image_size // config.patch_size) ** 2
         words = WordEncoder(tokenizer, config.image_size, image_tokens)
-        built = LanguageModel(build_small(config, tokenizer), words)
+        small = build_small(config, tokenizer)
+        if config.tells_state:
+            spread_numbers(small.get_input_embeddings(), [tokenizer.encode(number)[0] for number in numbers])
+        built = LanguageModel(small, words)
     else:
         if assets_dir is None:
             model, processor = load_pretrained(config.model, config.weights_dtype, config.quantize)

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import torch
+from lerobot.configs import FeatureType, PolicyFeature
 from lerobot.policies.pretrained import PreTrainedPolicy
 from torch import Tensor
 from torch.nn import functional
@@ -30,6 +31,7 @@ from lerobot_llakey.policies.command.metrics import answer_metrics
 from lerobot_llakey.policies.command.parameter_groups import parameter_groups
 from lerobot_llakey.policies.command.pretrained.adapters import TakesAdapters
 from lerobot_llakey.policies.command.prompt import Prompt
+from lerobot_llakey.policies.command.reading import read_prompts
 from lerobot_llakey.policies.command.small.auxiliary import KeyframeHead
 from lerobot_llakey.policies.command.small.tokenizer import grammar_words, known_words
 from lerobot_llakey.policies.command.targets.action import ActionTarget
@@ -74,6 +76,8 @@ class LlakeyCommandPolicy(CommandCheckpoints, TakesAdapters, PreTrainedPolicy):
         # LeRobot's normaliser would take the text columns among the inputs for numbers.
         features = config.input_features or {}
         config.input_features = {key: features[key] for key in config.image_keys}
+        if config.tells_state:
+            config.input_features[schema.STATE] = PolicyFeature(FeatureType.STATE, (schema.STATE_DIM,))
         if dataset_meta is not None:
             self._learn_texts(dataset_meta)
         self._rng = np.random.default_rng(0)
@@ -114,8 +118,8 @@ class LlakeyCommandPolicy(CommandCheckpoints, TakesAdapters, PreTrainedPolicy):
 
         Args:
             batch: images (B, 3, H, W) in 0..1 of every view, ``task`` and ``observation.instruction`` as lists of str,
-                and ``observation.previous_instruction`` where the history is on; ``action`` (B, 9) in place of both
-                where that is the target.
+                ``observation.previous_instruction`` where the history is on, and ``observation.state`` (B, 15) where
+                the state is told; ``action`` (B, 9) in place of the instructions where that is the target.
             reduction: "mean" for one loss, "none" for one a sample (B,).
 
         Returns:
@@ -220,15 +224,7 @@ class LlakeyCommandPolicy(CommandCheckpoints, TakesAdapters, PreTrainedPolicy):
         return self.select_action(batch)[:, None]
 
     def _prompts(self, batch: Mapping[str, Any]) -> list[Prompt]:
-        tasks = text_column(batch, schema.TASK)
-        views = tuple(self.config.views)
-        if not self.config.history or self.config.target == "action":
-            return [Prompt(views, task) for task in tasks]
-        previous = text_column(batch, schema.PREVIOUS_INSTRUCTION, default=[""] * len(tasks))
-        if self.training:
-            hidden = self._rng.random(len(tasks)) < self.config.history_dropout
-            previous = ["" if hide else text for hide, text in zip(hidden, previous, strict=True)]
-        return [Prompt(views, task, text) for task, text in zip(tasks, previous, strict=True)]
+        return read_prompts(batch, self.config, self._rng if self.training else None)
 
     def _require_weights(self) -> None:
         """Refuse to train a hosted model."""

@@ -1,7 +1,8 @@
 """What the command policy reads besides pixels: the paper's prompt, owned here alone.
 
 Source: section III-C and figure 4 of the paper. The order is system message, then each view's description followed by
-its image, then the request. The sentence about the previous instruction is an extension of this project.
+its image, then the request. The sentences about the robot's state and the previous instruction are extensions of this
+project.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ STOP = "<next goal>"
 
 TASK_BEGIN = "Task:"
 TASK_END = ", please instruct the robotic arm's next action based on the current images."
+STATE_BEGIN = "Robot state:"
 PREVIOUS_BEGIN = "Previous instruction:"
 NO_PREVIOUS = "none."
 
@@ -43,9 +45,14 @@ def describe_view(view: str) -> str:
     return _DESCRIPTIONS.get(view, f"Image from the {view.replace('_', ' ')} camera:")
 
 
-def sentences(views: Sequence[str]) -> list[str]:
-    """Every constant sentence of a prompt with these views: a small vocabulary may hold each as one token."""
-    constants = (TASK_BEGIN, TASK_END, PREVIOUS_BEGIN, NO_PREVIOUS)
+def sentences(views: Sequence[str], tells_state: bool = False) -> list[str]:
+    """Every constant sentence of a prompt with these views: a small vocabulary may hold each as one token.
+
+    Args:
+        views: camera names.
+        tells_state: whether the prompt tells the robot's state.
+    """
+    constants = (TASK_BEGIN, TASK_END, PREVIOUS_BEGIN, NO_PREVIOUS, *([STATE_BEGIN] if tells_state else []))
     return [SYSTEM_MESSAGE, *(describe_view(view) for view in views), *constants]
 
 
@@ -73,11 +80,13 @@ class Prompt:
         task: the skill instruction.
         previous: the instruction last commanded, "" at the start of an episode, None to leave its sentence out (the
             paper's form).
+        state: the robot's state as numbers, None to leave its sentence out (the paper's form).
     """
 
     views: tuple[str, ...]
     task: str
     previous: str | None = None
+    state: str | None = None
 
     @property
     def opening(self) -> str:
@@ -92,14 +101,15 @@ class Prompt:
     @property
     def request(self) -> tuple[str, ...]:
         """The text after the last image, in pieces: constant sentences apart from what varies."""
-        pieces = (TASK_BEGIN, self.task, TASK_END)
-        return pieces if self.previous is None else (*pieces, PREVIOUS_BEGIN, self.previous or NO_PREVIOUS)
+        told = () if self.state is None else (STATE_BEGIN, self.state)
+        before = () if self.previous is None else (PREVIOUS_BEGIN, self.previous or NO_PREVIOUS)
+        return (TASK_BEGIN, self.task, TASK_END, *told, *before)
 
     @property
     def asked(self) -> str:
         """The text after the last image, as one."""
-        asked = f"{TASK_BEGIN} {self.task}{TASK_END}"
-        return asked if self.previous is None else f"{asked} {PREVIOUS_BEGIN} {self.previous or NO_PREVIOUS}"
+        begin, task, end, *rest = self.request
+        return " ".join((begin, f"{task}{end}", *rest))
 
     @property
     def conversation(self) -> list[dict[str, Any]]:

@@ -188,3 +188,22 @@ def test_bad_input_is_named(policy, batch, small_settings, keysteps):
         policy.next_instructions({key: value for key, value in batch.items() if key != schema.TASK})
     with pytest.raises(ValueError, match=r"without \['observation.images.elbow'\]"):
         make_policy(LlakeyCommandConfig(**small_settings | {"views": ["elbow"]}), ds_meta=keysteps.meta)
+
+
+def test_tells_hands_apart_that_only_their_state_tells_apart(small_settings, keysteps, tmp_path):
+    torch.manual_seed(0)
+    quiet = {"history_dropout": 0.0, "auxiliary_weight": 0.0, "shift_pixels": 0, "colour_jitter": 0.0}
+    config = LlakeyCommandConfig(**small_settings, **quiet, proprioception="pose", history=0)
+    policy = LlakeyCommandPolicy(config, dataset_meta=keysteps.meta)
+    batch = torch.utils.data.default_collate([keysteps[0]] * 4)
+    batch[schema.STATE][:, 2] = torch.tensor([0.1, 0.12, 0.5, 0.52])
+    first, second = policy.config.instructions[:2]
+    batch[schema.INSTRUCTION] = [first, first, second, second]
+    _fit(policy, batch, steps=150, lr=1e-2)
+    assert policy.next_instructions(batch) == batch[schema.INSTRUCTION]
+    batch[schema.STATE][:, 2] = torch.tensor([0.52, 0.1, 0.5, 0.12])
+    assert policy.next_instructions(batch) == [second, first, second, first]
+    policy.save_pretrained(tmp_path)
+    loaded = LlakeyCommandPolicy.from_pretrained(tmp_path)
+    assert schema.STATE in loaded.config.input_features
+    assert loaded.next_instructions(batch) == [second, first, second, first]

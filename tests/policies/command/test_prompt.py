@@ -17,7 +17,16 @@ def test_previous_instruction_is_told_or_none():
     assert "Previous instruction: none." in Prompt(VIEWS, "x", "").text("<image>")
 
 
+def test_the_state_is_told_between_the_task_and_the_previous_instruction():
+    assert Prompt(VIEWS, "x", "grasp the cup", "001 002").asked.endswith(
+        "current images. Robot state: 001 002 Previous instruction: grasp the cup"
+    )
+    assert Prompt(VIEWS, "x", state="001 002").asked.endswith("current images. Robot state: 001 002")
+
+
 def test_constant_pieces_are_all_among_the_sentences():
     prompt = Prompt((*VIEWS, "elbow_left"), "stack the cups", "")
     pieces = {prompt.opening, *prompt.descriptions, *prompt.request} - {"stack the cups"}
     assert pieces == set(sentences(prompt.views))
+    told = Prompt(prompt.views, "stack the cups", "", "001")
+    assert {*pieces, *told.request} - {"stack the cups", "001"} == set(sentences(prompt.views, tells_state=True))

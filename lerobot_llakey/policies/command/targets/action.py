@@ -13,7 +13,7 @@ from typing import Any
 from lerobot_llakey import schema
 from lerobot_llakey.policies.command.decoding.trie import Node, Trie
 from lerobot_llakey.policies.command.encoding import Encoder
-from lerobot_llakey.policies.command.targets.pose_text import DIGITS, PoseText
+from lerobot_llakey.policies.command.pose_text import DIGITS, PoseText
 from lerobot_llakey.policies.command.targets.target import Target
 
 _JOINED = (

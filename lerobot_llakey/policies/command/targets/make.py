@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
+from lerobot_llakey.policies.command.pose_text import PoseText
 from lerobot_llakey.policies.command.targets.action import ActionTarget
 from lerobot_llakey.policies.command.targets.instruction import InstructionTarget
-from lerobot_llakey.policies.command.targets.pose_text import PoseText
 
 
 def make_target(config: LlakeyCommandConfig) -> InstructionTarget | ActionTarget:

@@ -3,10 +3,10 @@ import pytest
 
 from lerobot_llakey import schema
 from lerobot_llakey.policies.command.encoding import Encoder
+from lerobot_llakey.policies.command.pose_text import PoseText
 from lerobot_llakey.policies.command.small.encoder import WordEncoder
 from lerobot_llakey.policies.command.small.tokenizer import WordTokenizer
 from lerobot_llakey.policies.command.targets.action import ActionTarget
-from lerobot_llakey.policies.command.targets.pose_text import PoseText
 
 
 class Spelling(Encoder):

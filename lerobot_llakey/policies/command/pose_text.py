@@ -1,9 +1,10 @@
-"""Keyframe poses as texts of whole numbers: the paper's attempt at direct actions, after RT-2 (section IV-B).
+"""Poses as texts of whole numbers.
 
-Nine numbers: x, y, z over the workspace, the quaternion, the gripper and the collision flag. RT-2 takes Euler angles;
-here they would wrap at the commonest orientation, a hand that points down, and lose an axis at the next, a hand that
-points ahead. So the rotation is the quaternion from a hand that points straight down to the wanted one, w >= 0, which
-is smooth for every hand that does not point up.
+A policy of direct actions answers so (the paper's attempt after RT-2, section IV-B), and a command policy may be told
+the hand's pose so: x, y, z over the workspace, the quaternion, the gripper, and of an action the collision flag. RT-2
+takes Euler angles; here they would wrap at the commonest orientation, a hand that points down, and lose an axis at the
+next, a hand that points ahead. So the rotation is the quaternion from a hand that points straight down to the wanted
+one, w >= 0, which is smooth for every hand that does not point up.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ _FLAGS = 2
 
 @dataclass(frozen=True)
 class PoseText:
-    """Actions to texts and back.
+    """Actions to texts and back, and states to texts.
 
     Every number has three digits, so no number begins another, whatever the tokenizer.
 
@@ -64,12 +65,20 @@ class PoseText:
 
     def encode(self, action: np.ndarray) -> str:
         """The text of an action (9,) in the data contract; places outside the workspace go to its edge."""
-        turned = Rotation.from_quat(DOWN).inv() * Rotation.from_quat(action[schema.QUATERNION])
-        values = np.concatenate((action[schema.POSITION], canonical_quaternion(turned.as_quat())))
-        low, high = self.bounds.T
-        bins = np.floor((values - low) / (high - low) * self.bins).clip(0, self.bins - 1).astype(int)
         flags = (action[[schema.GRIPPER, schema.IGNORE_COLLISION]] > 0.5).astype(int)
-        return " ".join(self.numbers[number] for number in (*bins, *flags))
+        return " ".join(self.numbers[number] for number in (*self._pose(action), *flags))
+
+    def encode_state(self, state: np.ndarray) -> str:
+        """The text of a state (15,) in the data contract: the hand's pose, and the gripper's opening."""
+        opening = np.floor(state[schema.GRIPPER] * self.bins).clip(0, self.bins - 1).astype(int)
+        return " ".join(self.numbers[number] for number in (*self._pose(state), opening))
+
+    def _pose(self, row: np.ndarray) -> np.ndarray:
+        """The seven numbers of the pose that an action or a state begins with."""
+        turned = Rotation.from_quat(DOWN).inv() * Rotation.from_quat(row[schema.QUATERNION])
+        values = np.concatenate((row[schema.POSITION], canonical_quaternion(turned.as_quat())))
+        low, high = self.bounds.T
+        return np.floor((values - low) / (high - low) * self.bins).clip(0, self.bins - 1).astype(int)
 
     def decode(self, text: str) -> np.ndarray:
         """The action (9,) float32 of a text: the middles of its bins, and a unit quaternion xyzw with w >= 0.

@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from lerobot_llakey import schema
 from lerobot_llakey.geometry import top_down
-from lerobot_llakey.policies.command.targets.pose_text import PoseText
+from lerobot_llakey.policies.command.pose_text import PoseText
 
 share = st.floats(0.001, 0.999)
 
@@ -36,6 +36,14 @@ def test_hands_that_point_down_do_not_jump():
         for yaw in np.linspace(-1.2, 1.2, 200)
     ]
     assert np.abs(np.diff(np.array(numbers)[:, 3:7], axis=0)).max() <= 2
+
+
+def test_a_state_is_told_as_the_pose_of_an_action_and_the_opening():
+    text = PoseText(100)
+    pose = action((0.2, 0.4, 0.6), Rotation.random(rng=0), 1, 1)
+    for opening, number in ((0.0, "000"), (0.625, "062"), (1.0, "099")):
+        state = np.array([*pose[:7], opening, *np.linspace(-2, 2, 7)])
+        assert text.encode_state(state).split() == [*text.encode(pose).split()[:7], number]
 
 
 def test_places_outside_go_to_the_edge():

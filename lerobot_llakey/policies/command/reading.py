@@ -1,0 +1,50 @@
+"""What a batch tells the command policy in words: its prompts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from lerobot_llakey import schema
+from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
+from lerobot_llakey.policies.command.pose_text import PoseText
+from lerobot_llakey.policies.command.prompt import Prompt
+from lerobot_llakey.policies.command.texts import text_column
+
+
+def read_prompts(
+    batch: Mapping[str, Any], config: LlakeyCommandConfig, rng: np.random.Generator | None = None
+) -> list[Prompt]:
+    """The prompt of each row of a batch.
+
+    Args:
+        batch: with ``task`` as a list of str, ``observation.previous_instruction`` where the history is on (a missing
+            one counts as none) and ``observation.state`` (B, 15) where the state is told.
+        config: what is told.
+        rng: in training, draws the rows whose previous instruction is hidden; None hides none.
+
+    Raises:
+        ValueError: if the task or the state is missing.
+    """
+    tasks = text_column(batch, schema.TASK)
+    states: Sequence[str | None] = _states(batch, config) if config.tells_state else [None] * len(tasks)
+    previous: Sequence[str | None] = [None] * len(tasks)
+    if config.history and config.target == "instruction":
+        previous = text_column(batch, schema.PREVIOUS_INSTRUCTION, default=[""] * len(tasks))
+        if rng is not None:
+            hidden = rng.random(len(tasks)) < config.history_dropout
+            previous = ["" if hide else text for hide, text in zip(hidden, previous, strict=True)]
+    return [Prompt(tuple(config.views), *told) for told in zip(tasks, previous, states, strict=True)]
+
+
+def _states(batch: Mapping[str, Any], config: LlakeyCommandConfig) -> list[str]:
+    """The robot's state of each row, as numbers."""
+    if schema.STATE not in batch:
+        raise ValueError(
+            f"Expected {schema.STATE!r} in the batch for proprioception=pose, got {sorted(batch)}; use a dataset or an "
+            "environment that has it."
+        )
+    text = PoseText(config.action_bins, config.workspace)
+    return [text.encode_state(state) for state in batch[schema.STATE].double().cpu().numpy()]
