@@ -25,6 +25,8 @@ STEP = "observation.step"
 """Number of keyframe actions taken before the frame, float32 (1,): the timestep that RVT is given."""
 ORACLE_INSTRUCTION = "observation.oracle_instruction"
 """The expert's instruction from the present state, as the code points of :func:`encode_text`."""
+VELOCITY = "observation.velocity"
+"""How fast the joints turn (radians a second) and the gripper opens (opening, 0..1, a second), float32 (8,)."""
 SAMPLE_WEIGHT = "observation.sample_weight"
 """Optional weight of a training sample, float32 (1,)."""
 IS_KEYFRAME = "keyframe.is_keyframe"
@@ -38,7 +40,9 @@ EPISODE_TASK = "episode.task"
 EPISODE_EVENT = "episode.event"
 """What disturbed the episode and can be seen from this frame on (an unforeseen event); "" before it or without one."""
 ORIGIN_COLUMNS = (EPISODE_TASK, EPISODE_EVENT)
-"""Columns that datasets of version 0.1 lack; nothing that trains a policy needs them."""
+"""What an episode was; nothing that trains a policy needs them."""
+LATER_COLUMNS = (*ORIGIN_COLUMNS, VELOCITY)
+"""Columns that the first datasets lack."""
 TASK = "task"
 
 STATE_NAMES: tuple[str, ...] = (
@@ -46,7 +50,9 @@ STATE_NAMES: tuple[str, ...] = (
     *(f"joint_{i}" for i in range(1, 8)),
 )
 ACTION_NAMES: tuple[str, ...] = ("x", "y", "z", "qx", "qy", "qz", "qw", "gripper_open", "ignore_collision")
+VELOCITY_NAMES: tuple[str, ...] = (*(f"joint_{i}_velocity" for i in range(1, 8)), "gripper_velocity")
 STATE_DIM = len(STATE_NAMES)
+VELOCITY_DIM = len(VELOCITY_NAMES)
 ACTION_DIM = len(ACTION_NAMES)
 
 POSITION = slice(0, 3)
@@ -54,6 +60,8 @@ QUATERNION = slice(3, 7)
 GRIPPER = 7
 """Column of the gripper in both state (opening, 0..1) and action (1 = open)."""
 JOINTS = slice(8, 15)
+ARM_VELOCITY, GRIPPER_VELOCITY = slice(0, 7), 7
+"""Columns of a velocity."""
 IGNORE_COLLISION = 8
 """Column of the collision flag in the action: 1 = the planner may touch things."""
 
@@ -139,6 +147,7 @@ def _common_features(cameras: Sequence[str]) -> dict[str, dict[str, Any]]:
         INTRINSICS: {"dtype": "float32", "shape": (count, 3, 3), "names": None},
         EXTRINSICS: {"dtype": "float32", "shape": (count, 4, 4), "names": None},
         STATE: {"dtype": "float32", "shape": (STATE_DIM,), "names": list(STATE_NAMES)},
+        VELOCITY: {"dtype": "float32", "shape": (VELOCITY_DIM,), "names": list(VELOCITY_NAMES)},
         ACTION: {"dtype": "float32", "shape": (ACTION_DIM,), "names": list(ACTION_NAMES)},
         INSTRUCTION: {"dtype": "string", "shape": (1,), "names": None},
         PREVIOUS_INSTRUCTION: {"dtype": "string", "shape": (1,), "names": None},

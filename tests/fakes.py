@@ -143,6 +143,8 @@ def fake_keysteps(
             is_keyframe = index in keyframes
             previous = steps[0][0] if index == keyframes[0] else "" if index == 0 else steps[segment][0]
             frame = dict(scene) | {
+                # It stands at the start and at keyframes.
+                schema.VELOCITY: np.full(schema.VELOCITY_DIM, 0.0 if is_keyframe or index == 0 else 0.3, np.float32),
                 schema.ACTION: steps[segment][1],
                 schema.INSTRUCTION: steps[segment][0],
                 schema.PREVIOUS_INSTRUCTION: previous,

@@ -31,6 +31,10 @@ def test_columns_are_named_and_sized() -> None:
     assert features[schema.depth_key("wrist")]["info"]["is_depth_map"]
     assert features[schema.INTRINSICS]["shape"] == (2, 3, 3)
     assert len(features[schema.STATE]["names"]) == schema.STATE_DIM == 15
+    velocity = features[schema.VELOCITY]["names"]
+    assert len(velocity) == schema.VELOCITY_DIM == 8
+    assert velocity[schema.ARM_VELOCITY] == [f"{name}_velocity" for name in schema.STATE_NAMES[schema.JOINTS]]
+    assert velocity[schema.GRIPPER_VELOCITY] == "gripper_velocity"
     assert len(features[schema.ACTION]["names"]) == schema.ACTION_DIM == 9
     assert schema.ACTION_NAMES[schema.GRIPPER] == "gripper_open"
     assert schema.STATE_NAMES[schema.GRIPPER] == "gripper_opening"

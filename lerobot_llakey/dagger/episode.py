@@ -63,6 +63,7 @@ def _labelled(env: LlakeySimEnv, waypoint: Waypoint, previous: str, step: int) -
     return frame_columns(env.pictures) | {
         schema.TASK: task.description,
         schema.STATE: env.world.state(),
+        schema.VELOCITY: env.world.velocity(),
         schema.ACTION: waypoint_action(waypoint),
         schema.INSTRUCTION: waypoint.instruction,
         schema.PREVIOUS_INSTRUCTION: previous,

@@ -22,6 +22,7 @@ from lerobot.datasets.lerobot_dataset import LeRobotDataset
 from lerobot_llakey import schema
 from lerobot_llakey.datasets.language import write_language
 from lerobot_llakey.datasets.rewrite import rewrite
+from lerobot_llakey.datasets.velocities import estimate_velocities
 from lerobot_llakey.keyframes import discover_keyframes
 from lerobot_llakey.labels import Labels, label
 
@@ -173,6 +174,8 @@ def annotate(
 ) -> LeRobotDataset:
     """Write a copy of a dataset with the contract's keyframe and instruction columns.
 
+    Where the source has no velocities, the copy's are estimated from its states.
+
     The copy's action is the next keyframe's; the action that was recorded stays in the source alone.
 
     Args:
@@ -190,9 +193,9 @@ def annotate(
     if root.exists():
         raise FileExistsError(f"Expected {root} not to exist, found it; choose a new folder.")
     labels = [_label(episode, instructions.get(episode.episode, ()), ignore_collision) for episode in found]
-    scene = (schema.EPISODE_SEED, schema.EPISODE_VARIATION, schema.EPISODE_SEQUENCE, *schema.ORIGIN_COLUMNS)
+    kept = (schema.EPISODE_SEED, schema.EPISODE_VARIATION, schema.EPISODE_SEQUENCE, *schema.LATER_COLUMNS)
     columns = {
-        key: values for key, values in _columns(found, labels).items() if not (key in scene and key in source.features)
+        key: values for key, values in _columns(found, labels).items() if not (key in kept and key in source.features)
     }
     shutil.copytree(source.root, root, ignore=shutil.ignore_patterns("README.md", ".cache"))
     features = schema.demonstration_features(cameras=())
@@ -232,6 +235,7 @@ def _label(episode: FoundKeyframes, instructions: Sequence[str], ignore_collisio
 def _columns(found: Sequence[FoundKeyframes], labels: Sequence[Labels]) -> dict[str, np.ndarray]:
     length = sum(len(episode.states) for episode in found)
     return {
+        schema.VELOCITY: np.concatenate([estimate_velocities(episode.states, episode.fps) for episode in found]),
         schema.ACTION: np.concatenate([part.action for part in labels]),
         schema.INSTRUCTION: np.array([text for part in labels for text in part.instruction], dtype=object),
         schema.PREVIOUS_INSTRUCTION: np.array(

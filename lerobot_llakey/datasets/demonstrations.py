@@ -36,8 +36,9 @@ def frames_of(world: World, rig: CameraRig, episode: Episode, indices: Iterable[
     labels = episode.labels()
     rendered: dict[int, Frame] = {}
     for index, pictures in render_frames(world, rig, episode, sorted(set(wanted))):
-        state = {schema.STATE: episode.states[index], schema.TASK: episode.description}
-        rendered[index] = frame_columns(pictures) | labels.row(index) | episode.origin() | state
+        robot = {schema.STATE: episode.states[index], schema.VELOCITY: episode.velocities[index]}
+        rendered[index] = frame_columns(pictures) | labels.row(index) | episode.origin() | robot
+        rendered[index][schema.TASK] = episode.description
     return [dict(rendered[index]) for index in wanted]
 
 

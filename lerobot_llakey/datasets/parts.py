@@ -88,9 +88,9 @@ def read_record(root: Path) -> dict[str, Any]:
 
 
 def _level(folders: Sequence[Path]) -> None:
-    """Leave out the columns of an episode's origin where not all datasets to be merged were begun with them."""
+    """Leave out the columns that came later where not all datasets to be merged were begun with them."""
     features = [set(json.loads((folder / INFO_PATH).read_text())["features"]) for folder in folders]
-    lacking = [key for key in schema.ORIGIN_COLUMNS if not all(key in known for known in features)]
+    lacking = [key for key in schema.LATER_COLUMNS if not all(key in known for known in features)]
     for folder in folders if lacking else ():
         drop(folder, lacking)
 

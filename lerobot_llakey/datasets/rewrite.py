@@ -9,7 +9,7 @@ from typing import Any
 
 import pyarrow as pa
 import pyarrow.parquet as pq
-from lerobot.datasets.io_utils import write_table_one_row_group_per_episode
+from lerobot.datasets.io_utils import load_stats, write_stats, write_table_one_row_group_per_episode
 from lerobot.datasets.utils import EPISODES_DIR, INFO_PATH
 
 
@@ -31,13 +31,7 @@ def rewrite(
             table = table.append_column(key, column)
         write_table_one_row_group_per_episode(_plain(table), _fresh(path))
         _fresh(path).replace(path)
-    stale = tuple(f"stats/{key}/" for key in features)
-    for path in sorted((root / EPISODES_DIR).rglob("*.parquet")):
-        table = pq.read_table(path)
-        kept = [name for name in table.column_names if not name.startswith(stale)]
-        if len(kept) < table.num_columns:
-            pq.write_table(table.select(kept), _fresh(path))
-            _fresh(path).replace(path)
+    _forget_episode_stats(root, features)
     path = root / INFO_PATH
     info = json.loads(path.read_text())
     info["features"].update(json.loads(json.dumps(features)))
@@ -46,7 +40,7 @@ def rewrite(
 
 
 def drop(root: Path, keys: Collection[str]) -> None:
-    """Remove columns of texts, which have no statistics, from a finished dataset, where it has them."""
+    """Remove columns from a finished dataset, with their statistics, where it has them."""
     path = root / INFO_PATH
     info = json.loads(path.read_text())
     if not set(keys) & set(info["features"]):
@@ -55,9 +49,22 @@ def drop(root: Path, keys: Collection[str]) -> None:
         table = pq.read_table(file)
         write_table_one_row_group_per_episode(_plain(table.drop_columns(_among(keys, table))), _fresh(file))
         _fresh(file).replace(file)
+    _forget_episode_stats(root, keys)
+    write_stats({key: values for key, values in (load_stats(root) or {}).items() if key not in keys}, root)
     info["features"] = {key: feature for key, feature in info["features"].items() if key not in keys}
     _fresh(path).write_text(json.dumps(info, indent=4))
     _fresh(path).replace(path)
+
+
+def _forget_episode_stats(root: Path, keys: Collection[str]) -> None:
+    """Remove what the episodes' files say about columns that changed or are gone."""
+    stale = tuple(f"stats/{key}/" for key in keys)
+    for path in sorted((root / EPISODES_DIR).rglob("*.parquet")):
+        table = pq.read_table(path)
+        kept = [name for name in table.column_names if not name.startswith(stale)]
+        if len(kept) < table.num_columns:
+            pq.write_table(table.select(kept), _fresh(path))
+            _fresh(path).replace(path)
 
 
 def _among(keys: Collection[str], table: pa.Table) -> list[str]:

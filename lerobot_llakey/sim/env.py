@@ -168,6 +168,7 @@ class LlakeySimEnv(gym.Env):
         observation: dict[str, Any] = {
             "pixels": {camera: pictures[camera].rgb for camera in schema.CAMERAS},
             "agent_pos": self.world.state(),
+            "velocity": self.world.velocity(),
             "step": np.array([self._elapsed], dtype=np.float32),
             "camera_intrinsics": np.stack([pictures[camera].intrinsics for camera in schema.CAMERAS]),
             "camera_extrinsics": np.stack([pictures[camera].extrinsics for camera in schema.CAMERAS]),
@@ -194,6 +195,7 @@ def _observation_space(size: int, oracle_instructions: bool) -> spaces.Dict:
     space: dict[str, spaces.Space] = {
         "pixels": spaces.Dict({camera: spaces.Box(0, 255, (size, size, 3), np.uint8) for camera in schema.CAMERAS}),
         "agent_pos": _unbounded(schema.STATE_DIM),
+        "velocity": _unbounded(schema.VELOCITY_DIM),
         "step": _unbounded(1),
         "camera_intrinsics": _unbounded(count, 3, 3),
         "camera_extrinsics": _unbounded(count, 4, 4),

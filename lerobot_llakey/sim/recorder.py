@@ -29,6 +29,7 @@ class Episode:
 
     Attributes:
         states: (T, 15) float32 robot states of the contract.
+        velocities: (T, 8) float32 velocities of the contract.
         qpos: (T, nq) the scene's configuration, from which pictures are rendered.
         keyframes: discovered from the states alone; empty where fewer than two frames were recorded.
         waypoints: what the expert went for, one a segment where keyframes_match.
@@ -45,6 +46,7 @@ class Episode:
     """
 
     states: np.ndarray
+    velocities: np.ndarray
     qpos: np.ndarray
     keyframes: list[int]
     waypoints: list[Waypoint]
@@ -105,11 +107,13 @@ def record(
     """
     world.reset(seed, variation, disturbance)
     states: list[np.ndarray] = []
+    velocities: list[np.ndarray] = []
     configurations: list[np.ndarray] = []
     times: list[float] = []
 
     def take() -> None:
         states.append(world.state())
+        velocities.append(world.velocity())
         configurations.append(world.data.qpos.copy())
         times.append(float(world.data.time))
 
@@ -137,6 +141,7 @@ def record(
     task = world.task
     return Episode(
         states=trajectory,
+        velocities=np.stack(velocities),
         qpos=np.stack(configurations),
         keyframes=keyframes,
         waypoints=waypoints,

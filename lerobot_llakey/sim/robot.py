@@ -159,6 +159,10 @@ class Robot:
         """Gripper opening from 0 (closed) to 1 (open)."""
         return float(np.clip(data.qpos[self.finger_qpos].mean() / FINGER_TRAVEL, 0.0, 1.0))
 
+    def velocity(self, data: mujoco.MjData) -> np.ndarray:
+        """(8,) joint velocities in radians a second, and by how much of its opening the gripper opens a second."""
+        return np.append(data.qvel[self.dofs], data.qvel[self.finger_dofs].mean() / FINGER_TRAVEL)
+
     def set_joints(self, data: mujoco.MjData, joints: np.ndarray, opening: float = 1.0) -> None:
         """Place the arm at rest at joint angles (7,) with the given gripper opening, targets included."""
         data.qpos[self.qpos], data.qvel[self.dofs] = joints, 0.0

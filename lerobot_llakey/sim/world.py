@@ -146,6 +146,10 @@ class World:
         parts = (tool.position, tool.quaternion, [self.robot.opening(self.data)], self.robot.joints(self.data))
         return np.concatenate(parts).astype(np.float32)
 
+    def velocity(self) -> np.ndarray:
+        """(8,) float32 velocity of the data contract."""
+        return self.robot.velocity(self.data).astype(np.float32)
+
     def pose(self, body: str) -> Pose:
         """Pose of a body's frame in the base frame."""
         return body_pose(self.data, self.model.body(body).id)

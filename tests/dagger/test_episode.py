@@ -28,6 +28,7 @@ def test_right_actions_give_a_demonstration(env: LlakeySimEnv) -> None:
     assert [frame[schema.PREVIOUS_INSTRUCTION].split()[:1] for frame in frames] == [[], ["move"], ["grasp"]]
     assert [bool(frame[schema.IS_KEYFRAME][0]) for frame in frames] == [False, True, True]
     assert [float(frame[schema.STEP][0]) for frame in frames] == [0.0, 1.0, 2.0]
+    assert max(np.abs(frame[schema.VELOCITY]).max() for frame in frames) < 1e-2
 
 
 def test_after_a_wrong_action_the_label_is_what_the_expert_would_do_there(env: LlakeySimEnv) -> None:

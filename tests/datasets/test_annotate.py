@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 
 import numpy as np
+import pyarrow as pa
 import pytest
 from lerobot.datasets.language import LANGUAGE_PERSISTENT
 from lerobot.datasets.lerobot_dataset import LeRobotDataset
@@ -11,6 +12,7 @@ from lerobot.datasets.lerobot_dataset import LeRobotDataset
 from lerobot_llakey import schema
 from lerobot_llakey.datasets import annotate as module
 from lerobot_llakey.datasets.annotate import FoundKeyframes, annotate, find_keyframes, read_instructions
+from lerobot_llakey.datasets.rewrite import rewrite
 
 TEXTS = ["move to the top of the cup", "grasp the cup"]
 
@@ -81,8 +83,22 @@ def test_the_copy_carries_the_contracts_columns_and_the_source_stays(
         assert [row["content"] for row in item[LANGUAGE_PERSISTENT]] == TEXTS
         np.testing.assert_array_equal(item[schema.image_key("front")], original[schema.image_key("front")])
         np.testing.assert_array_equal(item[schema.STATE], original[schema.STATE])
+        speed = 1.0 if index % 26 == 9 else 0.5 if index % 26 == 10 else item[schema.VELOCITY][0]
+        np.testing.assert_allclose(item[schema.VELOCITY][schema.ARM_VELOCITY], speed, atol=1e-5)
         assert original[schema.ACTION].shape == (8,)
     assert copy.meta.stats is not None and copy.meta.stats[schema.ACTION]["mean"].shape == (schema.ACTION_DIM,)
+
+
+def test_velocities_that_were_recorded_are_kept(tmp_path: Path) -> None:
+    source = recordings(tmp_path / "recordings")
+    feature = schema.keystep_features(cameras=())[schema.VELOCITY]
+    measured = pa.array([[0.25] * schema.VELOCITY_DIM] * 26, pa.list_(pa.float32(), schema.VELOCITY_DIM))
+    rewrite(
+        source.root, lambda table: {schema.VELOCITY: measured.take(table["frame_index"])}, {schema.VELOCITY: feature}
+    )
+    source = LeRobotDataset(source.repo_id, root=source.root)
+    copy = annotate(source, find_keyframes(source), {0: TEXTS, 1: TEXTS}, tmp_path / "copy", "me/demonstrations")
+    assert {float(copy[index][schema.VELOCITY][0]) for index in (0, 10, 30)} == {0.25}
 
 
 def test_videos_are_copied(tmp_path: Path) -> None:

@@ -140,16 +140,16 @@ def test_a_collection_is_extended_by_asking_for_more(
     pd.testing.assert_frame_equal(table(targets.keysteps), table(collected.keysteps))
 
 
-def test_a_collection_begun_without_the_columns_of_origin_goes_on_without_them(
+def test_a_collection_begun_without_the_later_columns_goes_on_without_them(
     collected: Targets, settings: CollectSettings, targets: Targets
 ) -> None:
     assert targets.keysteps is not None
     collect(replace(settings, num_episodes=1), targets, num_workers=1, progress=lambda *_: None)
-    drop(targets.keysteps, schema.ORIGIN_COLUMNS)
+    drop(targets.keysteps, schema.LATER_COLUMNS)
     collect(settings, targets, num_workers=1, progress=lambda *_: None)
     whole = table(collected.keysteps)
     assert set(whole[schema.EPISODE_TASK]) == {"open_drawer"} and set(whole[schema.EPISODE_EVENT]) == {""}
-    pd.testing.assert_frame_equal(table(targets.keysteps), whole.drop(columns=list(schema.ORIGIN_COLUMNS)))
+    pd.testing.assert_frame_equal(table(targets.keysteps), whole.drop(columns=list(schema.LATER_COLUMNS)))
 
 
 def test_other_settings_are_refused_before_work(collected: Targets, settings: CollectSettings) -> None:

@@ -40,7 +40,7 @@ def test_an_expert_that_always_fails_is_named(
 ) -> None:
     def broken(world: World, seed: int, variation: int, fps: float, disturbance: str | None) -> Episode:
         empty = np.zeros((1, schema.STATE_DIM), dtype=np.float32)
-        return Episode(empty, empty, [], [], False, False, "open_drawer", "", seed, variation, 0)
+        return Episode(empty, empty, empty, [], [], False, False, "open_drawer", "", seed, variation, 0)
 
     monkeypatch.setattr(collect_part, "record", broken)
     with pytest.raises(RuntimeError, match="expert of open_drawer to do variation 0"):

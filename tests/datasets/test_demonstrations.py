@@ -49,6 +49,7 @@ def test_frames_come_in_the_order_asked_for_and_repeat(recorded: Recorded) -> No
     frames = frames_of(*recorded, [last, 0, last])
     for frame, index in zip(frames, (last, 0, last), strict=True):
         assert np.array_equal(frame[schema.STATE], episode.states[index])
+        assert np.array_equal(frame[schema.VELOCITY], episode.velocities[index])
     front = schema.image_key("front")
     assert np.array_equal(frames[0][front], frames[2][front])
     assert not np.array_equal(frames[0][front], frames[1][front])

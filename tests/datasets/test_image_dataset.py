@@ -17,6 +17,7 @@ def frames(count: int, task: str = "lift the red ball") -> list[dict[str, object
     for index in range(count):
         frame = {key: value for key, value in fake_frame(rng).items() if not key.startswith("_")}
         frame |= {
+            schema.VELOCITY: np.full(schema.VELOCITY_DIM, 0.1 * index, dtype=np.float32),
             schema.ACTION: fake_action(np.array([0.4, 0.0, 0.1 * index]), gripper_open=True),
             schema.INSTRUCTION: f"grasp ball {index}",
             schema.PREVIOUS_INSTRUCTION: "",

@@ -35,9 +35,11 @@ def test_columns_are_added_and_replaced(tmp_path: Path) -> None:
 def test_dropped_columns_are_gone_and_the_rest_stays(tmp_path: Path) -> None:
     before = fake_keysteps(tmp_path / "data", episodes=2, frames=3)
     rows = [before[i] for i in range(len(before))]
-    drop(tmp_path / "data", [schema.PREVIOUS_INSTRUCTION, "unknown"])
+    drop(tmp_path / "data", [schema.PREVIOUS_INSTRUCTION, schema.VELOCITY, "unknown"])
     after = LeRobotDataset(before.repo_id, root=tmp_path / "data")
-    assert set(before.features) - set(after.features) == {schema.PREVIOUS_INSTRUCTION}
+    assert set(before.features) - set(after.features) == {schema.PREVIOUS_INSTRUCTION, schema.VELOCITY}
+    assert set(before.meta.stats) - set(after.meta.stats) == {schema.VELOCITY}
+    assert not [name for name in after.meta.episodes.column_names if schema.VELOCITY in name]
     for old, new in zip(rows, (after[i] for i in range(len(after))), strict=True):
         assert schema.PREVIOUS_INSTRUCTION not in new and new[schema.INSTRUCTION] == old[schema.INSTRUCTION]
         assert torch.equal(old[schema.image_key("front")], new[schema.image_key("front")])

@@ -54,6 +54,13 @@ def test_unreachable_is_a_step_without_motion(env: LlakeySimEnv) -> None:
     assert np.allclose(before["agent_pos"], after["agent_pos"], atol=1e-3)
 
 
+def test_the_robot_stands_when_it_is_asked(env: LlakeySimEnv) -> None:
+    env.reset(seed=0)
+    observation, *_ = env.step(_expert_action(env))
+    assert np.abs(observation["velocity"]).max() < 1e-2
+    assert preprocess_observation(dict(observation))[schema.VELOCITY].shape[-1] == schema.VELOCITY_DIM
+
+
 @pytest.mark.parametrize(
     "action",
     [np.zeros(8), np.full(9, np.nan), np.array([0.4, 0, 0.3, 0, 0, 0, 0, 1, 0])],

@@ -1,6 +1,7 @@
 """The recorder: motion first, pictures of chosen frames after."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -30,6 +31,15 @@ def test_an_episode_holds_states_keyframes_and_an_instruction_a_segment(episode:
     assert labels.instruction[0] == episode.waypoints[0].instruction == "move to the front of the middle handle"
     assert (episode.task, episode.variation) == ("open_drawer", 1)
     assert "middle" in episode.description
+
+
+def test_the_arm_moves_between_keyframes_and_stands_at_them(episode: Episode) -> None:
+    assert episode.velocities.shape == (len(episode), schema.VELOCITY_DIM) and episode.velocities.dtype == np.float32
+    fastest = np.abs(episode.velocities[:, schema.ARM_VELOCITY]).max(axis=1)
+    assert fastest[[0, *episode.keyframes]].max() < 0.1
+    for start, end in pairwise([0, *episode.keyframes]):
+        moved = np.abs(np.diff(episode.states[start : end + 1, schema.JOINTS], axis=0)).max()
+        assert moved < 0.01 or fastest[start:end].max() > 0.1
 
 
 def test_actions_are_where_the_expert_meant_to_go(episode: Episode) -> None:
@@ -71,7 +81,8 @@ def test_columns_fit_the_contract(drawer_world: World, episode: Episode) -> None
     _, pictures = next(render_frames(drawer_world, rig, episode, [0]))
     rig.close()
     features = schema.keystep_features(SIZE, SIZE)
-    columns = frame_columns(pictures) | episode.labels().row(0) | episode.origin() | {schema.STATE: episode.states[0]}
+    columns = frame_columns(pictures) | episode.labels().row(0) | episode.origin()
+    columns |= {schema.STATE: episode.states[0], schema.VELOCITY: episode.velocities[0]}
     assert set(columns) == set(features)
     for key, value in columns.items():
         if not isinstance(value, str):

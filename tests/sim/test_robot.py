@@ -32,6 +32,21 @@ def test_the_arm_stays_where_it_is_told(arm: tuple) -> None:
     assert np.abs(robot.joints(data) - HOME_JOINTS).max() < 5e-3
 
 
+def test_velocities_are_those_of_what_the_state_tells(arm: tuple) -> None:
+    model, data, robot = arm
+    mujoco.mj_resetData(model, data)
+    robot.set_joints(data, HOME_JOINTS, opening=1.0)
+    assert np.array_equal(robot.velocity(data), np.zeros(8))
+    data.ctrl[robot.actuators[2]] += 0.2
+    data.ctrl[robot.finger_actuators] = 0.0
+    mujoco.mj_step(model, data, 20)
+    before = np.append(robot.joints(data), robot.opening(data))
+    mujoco.mj_step(model, data, 1)
+    change = (np.append(robot.joints(data), robot.opening(data)) - before) / model.opt.timestep
+    assert np.allclose(robot.velocity(data), change, atol=1e-3)
+    assert robot.velocity(data)[2] > 0.1 and robot.velocity(data)[7] < -0.1
+
+
 def test_only_the_detailed_model_carries_visual_meshes(arm: tuple) -> None:
     assert len(ARM_JOINTS) == 7
     assert not (arm[0].geom_group == VISUAL_GROUP).any()
