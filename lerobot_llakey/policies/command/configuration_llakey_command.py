@@ -10,6 +10,7 @@ from lerobot.optim import AdamWConfig
 
 from lerobot_llakey import schema
 from lerobot_llakey.policies.command.chat.settings import ChatSettings
+from lerobot_llakey.policies.command.holding import MOVING_ABOVE
 from lerobot_llakey.policies.command.pretrained.settings import PretrainedModelSettings
 from lerobot_llakey.policies.keyframe_config import KeyframePolicyConfig
 from lerobot_llakey.policies.muon import MuonConfig
@@ -48,6 +49,9 @@ class LlakeyCommandConfig(PretrainedModelSettings, KeyframePolicyConfig):
         action_bins, workspace: of a pose's numbers: how many values each has, and bounds in metres of x, y and z.
         constrain: answer only with instructions known from training (or given in ``instructions``), and with legal
             poses where the target is the action.
+        hold_above: while a joint turns faster than this, in radians a second by ``observation.velocity``, the arm is on
+            its way to a keyframe: the instruction last commanded holds and the model is not asked (an extension of this
+            project). None always asks, and so does a robot that does not tell its velocity.
         max_new_tokens: longest answer.
         shift_pixels: training shifts each image by up to this many pixels each way.
         colour_jitter: training scales brightness and contrast by up to this share.
@@ -84,6 +88,7 @@ class LlakeyCommandConfig(PretrainedModelSettings, KeyframePolicyConfig):
     action_bins: int = 256
     workspace: list[list[float]] = field(default_factory=lambda: [list(bounds) for bounds in schema.WORKSPACE])
     constrain: bool = True
+    hold_above: float | None = MOVING_ABOVE
     max_new_tokens: int = 48
 
     shift_pixels: int = 4
@@ -124,6 +129,10 @@ class LlakeyCommandConfig(PretrainedModelSettings, KeyframePolicyConfig):
             raise ValueError(
                 "Expected backend=local and constrain=true with target=action, got others; only then every answer is a "
                 "pose."
+            )
+        if self.hold_above is not None and self.hold_above <= 0:
+            raise ValueError(
+                f"Expected `hold_above` above 0 radians a second, got {self.hold_above}; null asks about every frame."
             )
         self.check_model_settings()
         if self.dtype == "float32" and self.weights_dtype != "float32":

@@ -6,7 +6,7 @@ Source: section III-C of the paper (LLaVA on three views, loss on the answer alo
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +25,7 @@ from lerobot_llakey.policies.command.decoding.answer import Answer, count_unpars
 from lerobot_llakey.policies.command.decoding.choice import GREEDY, Choice
 from lerobot_llakey.policies.command.decoding.decode import decode_answers
 from lerobot_llakey.policies.command.encoding import IGNORED
+from lerobot_llakey.policies.command.holding import held_instructions
 from lerobot_llakey.policies.command.images import augment, stack_views
 from lerobot_llakey.policies.command.language_model import build_language_model
 from lerobot_llakey.policies.command.metrics import answer_metrics
@@ -51,8 +52,9 @@ class LlakeyCommandPolicy(CommandCheckpoints, TakesAdapters, PreTrainedPolicy):
 
     Attributes:
         chat: asks a hosted model in place of a local one, with its counts; None unless ``backend`` is "chat".
-        answered: number of answers given since the policy was made.
+        answered: number of answers that the model gave since the policy was made.
         unparsable: how many of them were not in the grammar of basic actions.
+        held: number of rows whose instruction held, since their arm moved.
 
     Raises:
         ValueError: if a view is missing, the dataset has no instructions, or the model cannot be found.
@@ -81,7 +83,7 @@ class LlakeyCommandPolicy(CommandCheckpoints, TakesAdapters, PreTrainedPolicy):
         if dataset_meta is not None:
             self._learn_texts(dataset_meta)
         self._rng = np.random.default_rng(0)
-        self.answered = self.unparsable = 0
+        self.answered = self.unparsable = self.held = 0
         self.model: Any = None
         self.encoder: Any = None
         self._processor: Any = None
@@ -165,8 +167,11 @@ class LlakeyCommandPolicy(CommandCheckpoints, TakesAdapters, PreTrainedPolicy):
     ) -> list[Answer]:
         """The next basic action of each row of a batch, and how likely it is; every answer is counted.
 
+        Where the arm moves (``hold_above``) it is the previous instruction, and no model is asked.
+
         Args:
             batch: as for :meth:`forward`, without the instruction; a missing previous instruction counts as none.
+                ``observation.velocity`` (B, 8) where the robot tells it.
             sample: draw the answer by its likelihood rather than taking the likeliest token each time. A chat model is
                 asked as ever.
             temperature: of the draw; below 1 it is nearer to the likeliest answer.
@@ -181,16 +186,25 @@ class LlakeyCommandPolicy(CommandCheckpoints, TakesAdapters, PreTrainedPolicy):
                 "Expected a command policy that names instructions, got one with target=action, which acts by itself; "
                 "give a checkpoint with target=instruction."
             )
-        answers = self._answers(batch, Choice(sample, temperature), seed)
+        held = held_instructions(batch, self.config.hold_above)
+        asked = [row for row, text in enumerate(held) if text is None]
+        answers = self._answers(batch, asked, Choice(sample, temperature), seed)
         self.answered += len(answers)
         self.unparsable += count_unparsable(answers)
-        return answers
+        self.held += len(held) - len(asked)
+        given = iter(answers)
+        return [next(given) if text is None else Answer(text, math.nan) for text in held]
 
-    def _answers(self, batch: dict[str, Any], choice: Choice = GREEDY, seed: int | None = None) -> list[Answer]:
-        """The answers of the model, whatever they are about."""
+    def _answers(
+        self, batch: dict[str, Any], rows: Sequence[int], choice: Choice = GREEDY, seed: int | None = None
+    ) -> list[Answer]:
+        """The answers of the model to some rows, whatever they are about."""
+        if not rows:
+            return []
         was_training = self.training
         self.eval()
         images, prompts = stack_views(batch, self.config.image_keys), self._prompts(batch)
+        images, prompts = images[list(rows)], [prompts[row] for row in rows]
         if self.chat is not None:
             answers = [Answer(text, math.nan) for text in self.chat.answers(images, prompts)]
         else:
@@ -215,7 +229,8 @@ class LlakeyCommandPolicy(CommandCheckpoints, TakesAdapters, PreTrainedPolicy):
                 "with an action policy: --policy.type=llakey --policy.command_path=... --policy.action_path=..."
             )
         with torch.no_grad():
-            texts = [answer.text for answer in self._answers(batch)]
+            rows = range(len(batch[self.config.image_keys[0]]))
+            texts = [answer.text for answer in self._answers(batch, rows)]
         actions = np.stack([self.target.text.decode(text) for text in texts])
         return torch.from_numpy(actions).to(batch[self.config.image_keys[0]].device)
 

@@ -19,6 +19,7 @@ def test_settings_survive_saving(small_config, tmp_path):
         ({"history": 2}, "`history` to be 0 or 1, got 2"),
         ({"dtype": "float8"}, "got 'float8'"),
         ({"proprioception": "all"}, "none or pose, got 'all'"),
+        ({"hold_above": 0.0}, "`hold_above` above 0 radians a second, got 0.0"),
         ({"image_size": 100}, "multiple of `patch_size`, got 100 and 16"),
     ],
 )

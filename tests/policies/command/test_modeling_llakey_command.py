@@ -1,3 +1,5 @@
+import math
+
 import pytest
 import torch
 from lerobot.configs.default import DatasetConfig
@@ -207,3 +209,22 @@ def test_tells_hands_apart_that_only_their_state_tells_apart(small_settings, key
     loaded = LlakeyCommandPolicy.from_pretrained(tmp_path)
     assert schema.STATE in loaded.config.input_features
     assert loaded.next_instructions(batch) == [second, first, second, first]
+
+
+def test_the_model_is_asked_only_where_the_arm_stands(policy, batch):
+    policy.eval()
+    moves = (batch[schema.VELOCITY][:, 0] > 0).tolist()
+    previous = batch[schema.PREVIOUS_INSTRUCTION]
+    assert True in moves and False in moves
+    policy.config.hold_above = None
+    model = policy.answer(batch)
+    policy.answered = policy.held = 0
+    policy.config.hold_above = 0.1
+    answers = policy.answer(batch)
+    for moved, said, answer, own in zip(moves, previous, answers, model, strict=True):
+        assert answer.text == (said if moved else own.text)
+        assert math.isnan(answer.likelihood) if moved else answer.likelihood == pytest.approx(own.likelihood, rel=1e-3)
+    assert (policy.answered, policy.held) == (moves.count(False), moves.count(True))
+    batch[schema.VELOCITY] = torch.ones_like(batch[schema.VELOCITY])
+    batch[schema.PREVIOUS_INSTRUCTION] = ["grasp the red block"] * len(moves)
+    assert policy.next_instructions(batch) == ["grasp the red block"] * len(moves)

@@ -19,7 +19,7 @@ class Answer:
             answers as the constraint, their next tokens; else the whole vocabulary). Under the constraint the
             likelihoods of all known answers add up to 1, and a token that is the only one to follow counts 1. It is the
             same for a drawn answer, whatever the temperature it was drawn at. NaN where the model does not tell (the
-            chat backend).
+            chat backend) or was not asked.
     """
 
     text: str

@@ -26,6 +26,12 @@ def policy(chat_config) -> LlakeyCommandPolicy:
 
 
 @pytest.fixture
+def batch(batch) -> dict:
+    """Of a robot that stands, so that every row is asked about."""
+    return batch | {schema.VELOCITY: torch.zeros_like(batch[schema.VELOCITY])}
+
+
+@pytest.fixture
 def observation(batch) -> dict:
     hidden = (schema.INSTRUCTION, schema.PREVIOUS_INSTRUCTION, schema.ACTION)
     keys = [key for key in batch if key.startswith("observation.") and key not in hidden]
