@@ -27,6 +27,8 @@ class AbilitiesConfig:
         repo_id: name of a keysteps or demonstrations dataset that the policy was not trained on.
         root: its folder; LeRobot's home folder by default.
         constrain: whether answers are held to the instructions known from training; as the checkpoint says by default.
+        hold: whether the previous instruction is the answer while the arm moves, where the checkpoint says so and the
+            dataset has velocities; false asks the model about every frame.
         max_samples: spread evenly over the dataset; all where None.
         batch_size: samples decided on at once.
         num_workers: processes that load the data.
@@ -38,6 +40,7 @@ class AbilitiesConfig:
     repo_id: str
     root: Path | None = None
     constrain: bool | None = None
+    hold: bool = True
     max_samples: int | None = None
     batch_size: int = 32
     num_workers: int = 0
@@ -66,9 +69,13 @@ def run(config: AbilitiesConfig) -> None:
     policy = command_policy(agent.policy, config.policy_path)
     if config.constrain is not None:
         policy.config.constrain = config.constrain
+    if not config.hold:
+        policy.config.hold_above = None
     dataset = LeRobotDataset(config.repo_id, root=config.root)
     measured = measure(policy, agent.preprocessor, dataset, config.batch_size, config.max_samples, config.num_workers)
     print(markdown(measured))
+    if policy.held:
+        print(f"The model was asked about {policy.answered} frames, not about {policy.held} in which the arm moved.")
     if config.output_dir is not None:
         written = write_abilities(measured, config.output_dir)
         print("\n".join(f"{path.stem}: {path}" for path in written))

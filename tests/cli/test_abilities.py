@@ -63,6 +63,19 @@ def test_an_unconstrained_policy_has_its_unparsable_answers_counted(
     assert float(row.split("|")[7]) > 0
 
 
+def test_the_model_is_asked_about_every_frame_where_that_is_wished(
+    checkpoint: Path, data: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    options = (f"--policy_path={checkpoint}", "--repo_id=me/x", f"--root={data}")
+    llakey(monkeypatch, *options)
+    held = capsys.readouterr().out
+    assert "asked about 4 frames, not about 2 in which the arm moved" in held
+    row = next(line for line in held.splitlines() if line.startswith("| moving its arm"))
+    assert [cell.strip() for cell in row.split("|")[2:4]] == ["2", "100.0"]
+    llakey(monkeypatch, *options, "--hold=false")
+    assert "in which the arm moved" not in capsys.readouterr().out
+
+
 def test_a_policy_that_only_acts_is_one_sentence(capsys: pytest.CaptureFixture[str]) -> None:
     class Config:
         type = "llakey_action"

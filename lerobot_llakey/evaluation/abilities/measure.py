@@ -17,6 +17,7 @@ from torch.utils.data import DataLoader, Subset
 from lerobot_llakey import schema
 from lerobot_llakey.evaluation.abilities.samples import check_columns, samples, task_names
 from lerobot_llakey.evaluation.abilities.score import Score, macro
+from lerobot_llakey.evaluation.abilities.situation import SITUATIONS, situations
 from lerobot_llakey.evaluation.abilities.way_left import WAYS_LEFT, ways_left
 
 SEQUENTIAL_PREDICTION = "sequential_prediction"
@@ -26,6 +27,7 @@ ALL_SAMPLES = "all"
 AVERAGE = "average"
 AFTER_EVENTS = "after_events"
 BY_WAY_LEFT = "error_correction_by_way_left"
+BY_SITUATION = "by_situation"
 
 
 class Commander(Protocol):
@@ -43,22 +45,28 @@ class Measured:
         events: by ability and disturbance, the answers to frames in which it can be seen; empty where the dataset does
             not tell or nothing was disturbed.
         left: the answers to frames in between, by how far the hand still had to go.
+        situations: all answers, by what the robot was doing.
     """
 
     tasks: dict[str, dict[str, Score]] = field(default_factory=lambda: {name: {} for name in ABILITIES})
     events: dict[str, dict[str, Score]] = field(default_factory=lambda: {name: {} for name in ABILITIES})
     left: dict[str, Score] = field(default_factory=dict)
+    situations: dict[str, Score] = field(default_factory=dict)
 
-    def add(self, ability: str, task: str, event: str, expected: str, answer: str, left: str = "") -> None:
+    def add(
+        self, ability: str, task: str, event: str, expected: str, answer: str, left: str = "", situation: str = ""
+    ) -> None:
         """Count one answer under its task and, where there is one, under the event before it.
 
-        An answer between keyframes is counted under the way left as well, where that is known.
+        Where they are known it is counted under the situation as well and, between keyframes, under the way left.
         """
         self.tasks[ability].setdefault(task, Score()).add(expected, answer)
         if event:
             self.events[ability].setdefault(event, Score()).add(expected, answer)
         if left and ability == ERROR_CORRECTION:
             self.left.setdefault(left, Score()).add(expected, answer)
+        if situation:
+            self.situations.setdefault(situation, Score()).add(expected, answer)
 
     def total(self, ability: str) -> Score:
         """All answers of an ability."""
@@ -67,8 +75,9 @@ class Measured:
     def summary(self) -> dict[str, Any]:
         """For each ability the figures of each task, of ``"all"`` samples and of the ``"average"`` over tasks.
 
-        Under ``"after_events"`` the same for the frames after each disturbance, and under
-        ``"error_correction_by_way_left"`` for frames in between, by how far the hand still had to go.
+        Under ``"after_events"`` the same for the frames after each disturbance, under
+        ``"error_correction_by_way_left"`` for frames in between, by how far the hand still had to go, and under
+        ``"by_situation"`` for all frames, by what the robot was doing.
         """
         result: dict[str, Any] = {}
         for ability, scores in self.tasks.items():
@@ -80,6 +89,7 @@ class Measured:
             for ability, scores in self.events.items()
         }
         result[BY_WAY_LEFT] = {name: self.left[name].summary() for name in WAYS_LEFT if name in self.left}
+        result[BY_SITUATION] = {name: self.situations[name].summary() for name in SITUATIONS if name in self.situations}
         return result
 
 
@@ -117,8 +127,7 @@ def measure(
         events = batch.get(schema.EPISODE_EVENT, [""] * len(expected))
         at_keyframe = batch[schema.IS_KEYFRAME].reshape(-1).tolist()
         answers = policy.next_instructions(preprocessor(batch))
-        left = ways_left(batch)
-        for keyframe, event, wanted, answer, way in zip(at_keyframe, events, expected, answers, left, strict=True):
-            ability = SEQUENTIAL_PREDICTION if keyframe else ERROR_CORRECTION
-            measured.add(ability, next(tasks), event, wanted, answer, way)
+        counted = zip(at_keyframe, events, expected, answers, ways_left(batch), situations(batch), strict=True)
+        for keyframe, *told in counted:
+            measured.add(SEQUENTIAL_PREDICTION if keyframe else ERROR_CORRECTION, next(tasks), *told)
     return measured

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from lerobot_llakey.evaluation.abilities.measure import ABILITIES, Measured
 from lerobot_llakey.evaluation.abilities.score import MEASURES, OUTSIDE, Score, macro
+from lerobot_llakey.evaluation.abilities.situation import SITUATIONS
 from lerobot_llakey.evaluation.abilities.way_left import WAYS_LEFT
 from lerobot_llakey.evaluation.protocol import paper
 from lerobot_llakey.evaluation.protocol.statistics import wilson
@@ -29,7 +30,11 @@ def markdown(measured: Measured) -> str:
     for ability in ABILITIES:
         blocks.append(f"## {title(ability)}\n\n{ability_table(measured, ability)}")
     if measured.left:
-        blocks.append(f"## Error correction by the way that the hand still had to go\n\n{way_left_table(measured)}")
+        table = _parts_table("way left", WAYS_LEFT, measured.left)
+        blocks.append(f"## Error correction by the way that the hand still had to go\n\n{table}")
+    if measured.situations:
+        table = _parts_table("the robot is", SITUATIONS, measured.situations)
+        blocks.append(f"## All frames by what the robot was doing\n\n{table}")
     if any(measured.events.values()):
         blocks.append(f"## After unforeseen events\n\n{event_table(measured)}")
     for ability in ABILITIES:
@@ -61,10 +66,10 @@ def event_table(measured: Measured) -> str:
     return markdown_table(["event", "ability", "samples", "exact", "95 %", "verb", "objects", "unparsable"], rows)
 
 
-def way_left_table(measured: Measured) -> str:
-    """Error correction by how far the hand was from its keyframe; shares in %."""
-    rows = [[name, *_cells(measured.left[name])] for name in WAYS_LEFT if name in measured.left]
-    return markdown_table(["way left", "samples", "exact", "95 %", "verb", "objects", "unparsable"], rows)
+def _parts_table(head: str, names: Sequence[str], scores: Mapping[str, Score]) -> str:
+    """A row for each part of the answers that there is; shares in %."""
+    rows = [[name, *_cells(scores[name])] for name in names if name in scores]
+    return markdown_table([head, "samples", "exact", "95 %", "verb", "objects", "unparsable"], rows)
 
 
 def mistake_table(score: Score, count: int = 10) -> str:
