@@ -1,7 +1,13 @@
 import numpy as np
+import pytest
 
 from lerobot_llakey import schema
 from lerobot_llakey.datasets.velocities import estimate_velocities
+
+
+def states_of(joint: list[float]) -> np.ndarray:
+    """All columns of the state following one course."""
+    return np.repeat(np.array(joint, dtype=np.float32)[:, None], schema.STATE_DIM, axis=1)
 
 
 def test_steady_motion_is_found_in_the_contracts_order() -> None:
@@ -14,7 +20,10 @@ def test_steady_motion_is_found_in_the_contracts_order() -> None:
     assert np.allclose(np.delete(velocities, [1, 7], axis=1), 0)
 
 
-def test_what_rests_has_no_velocity() -> None:
-    states = np.repeat(np.array([0.0, 0.1, 0.1, 0.1, 0.1])[:, None], schema.STATE_DIM, axis=1)
-    fastest = np.abs(estimate_velocities(states, fps=10)).max(axis=1)
-    assert (fastest[:2] > 0.4).all() and (fastest[2:] < 1e-6).all()
+def test_where_a_motion_begins_or_ends_the_robot_stands() -> None:
+    velocities = estimate_velocities(states_of([0.0, 0.0, 0.1, 0.3, 0.3, 0.3]), fps=10)[:, 0]
+    assert velocities == pytest.approx([0, 0, 1, 0, 0, 0], abs=1e-5)
+
+
+def test_what_turns_back_stands_for_a_moment() -> None:
+    assert estimate_velocities(states_of([0.0, 0.1, 0.2, 0.1, 0.0]), fps=10)[:, 0] == pytest.approx([1, 1, 0, -1, -1])
