@@ -10,6 +10,8 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 from torch import Tensor
 
+from lerobot_llakey.errors import LlakeyError
+
 DOWN = np.array([1.0, 0.0, 0.0, 0.0])
 """Quaternion (xyzw) of a hand that points straight down with its x axis along the base's x axis."""
 
@@ -82,10 +84,10 @@ def canonical_quaternion(quaternion: np.ndarray) -> np.ndarray:
     """
     quaternion = np.asarray(quaternion, dtype=np.float64)
     if quaternion.shape != (4,) or not np.isfinite(quaternion).all():
-        raise ValueError(f"Expected a quaternion of 4 finite numbers (xyzw), got {quaternion}; check the pose.")
+        raise LlakeyError(f"Expected a quaternion of 4 finite numbers (xyzw), got {quaternion}; check the pose.")
     length = np.linalg.norm(quaternion)
     if length < 1e-6:
-        raise ValueError("Expected a quaternion of non-zero length, got zeros; check the pose.")
+        raise LlakeyError("Expected a quaternion of non-zero length, got zeros; check the pose.")
     quaternion = quaternion / length
     return -quaternion if quaternion[3] < 0 else quaternion
 

@@ -14,6 +14,8 @@ from string import Formatter
 
 import numpy as np
 
+from lerobot_llakey.errors import LlakeyError
+
 POSES: tuple[str, ...] = ("top", "front", "back", "left side", "right side", "bottom")
 """What may stand for ``{pose}``: where to move, relative to a thing."""
 
@@ -93,22 +95,22 @@ class Instruction:
 
     def __post_init__(self) -> None:
         if self.template not in TEMPLATES:
-            raise ValueError(f"Expected a template out of {', '.join(TEMPLATES)}, got {self.template!r}; pick one.")
+            raise LlakeyError(f"Expected a template out of {', '.join(TEMPLATES)}, got {self.template!r}; pick one.")
         template = TEMPLATES[self.template]
         if not 0 <= self.variant < len(template.texts):
-            raise ValueError(
+            raise LlakeyError(
                 f"Expected a variant below {len(template.texts)} of template {self.template!r}, got {self.variant}; "
                 "use 0."
             )
         if len(self.arguments) != len(template.slots):
-            raise ValueError(
+            raise LlakeyError(
                 f"Expected the arguments {template.slots} of template {self.template!r}, got {self.arguments}; "
                 "give one for each."
             )
         for slot, argument in zip(template.slots, self.arguments, strict=True):
             problem = _problem(slot, argument)
             if problem:
-                raise ValueError(problem)
+                raise LlakeyError(problem)
 
 
 def _problem(slot: str, argument: str) -> str | None:
@@ -160,7 +162,7 @@ def parse(text: str) -> Instruction:
         match = pattern.fullmatch(plain)
         if match and not any(map(_problem, TEMPLATES[name].slots, match.groups())):
             return Instruction(name, match.groups(), variant)
-    raise ValueError(
+    raise LlakeyError(
         f"Expected a basic action such as 'grasp the red block', got {text!r}; see instructions.TEMPLATES."
     )
 

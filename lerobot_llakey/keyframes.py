@@ -14,6 +14,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from lerobot_llakey.errors import LlakeyError
+
 _ARRIVED_ARM = 5e-4
 _ARRIVED_GRIPPER = 5e-3
 """How near the resting configuration counts as arrived when the sensors are noiseless: radians, and opening 0..1."""
@@ -60,14 +62,14 @@ def discover_keyframes(
     arm = np.asarray(joint_positions, dtype=np.float64)
     gripper = np.asarray(gripper_opening, dtype=np.float64)
     if arm.ndim != 2 or gripper.shape != arm.shape[:1] or len(arm) < 2:
-        raise ValueError(
+        raise LlakeyError(
             f"Expected joint positions (T, J) and gripper openings (T,) with T >= 2, got {arm.shape} and "
             f"{gripper.shape}; pass one whole episode."
         )
     if not (np.isfinite(arm).all() and np.isfinite(gripper).all()):
-        raise ValueError("Expected finite joint positions and gripper openings, got NaN or infinity; drop the episode.")
+        raise LlakeyError("Expected finite joint positions and gripper openings, got NaN or inf; drop the episode.")
     if min(fps, min_rest, arm_tolerance, gripper_tolerance) <= 0:
-        raise ValueError(
+        raise LlakeyError(
             f"Expected positive fps, min_rest and tolerances, got {fps}, {min_rest}, {arm_tolerance} and "
             f"{gripper_tolerance}; correct the one that is not."
         )
@@ -161,7 +163,7 @@ def segments(keyframes: list[int], length: int) -> Segments:
     """
     frames: np.ndarray[Any, np.dtype[np.int64]] = np.asarray(keyframes, dtype=np.int64)
     if len(frames) == 0 or frames[0] <= 0 or frames[-1] != length - 1 or np.any(np.diff(frames) <= 0):
-        raise ValueError(
+        raise LlakeyError(
             f"Expected increasing keyframes above 0 that end at the last frame {length - 1}, got {list(keyframes)}; "
             "use discover_keyframes."
         )

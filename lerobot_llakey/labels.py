@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lerobot_llakey import schema
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.geometry import canonical_quaternion
 from lerobot_llakey.keyframes import segments
 
@@ -97,7 +98,7 @@ def label(
         ValueError: if there is not one instruction and one flag a keyframe, or the keyframes do not fit the states.
     """
     if not len(keyframes) == len(instructions) == len(ignore_collision):
-        raise ValueError(
+        raise LlakeyError(
             f"Expected one instruction and one collision flag for each of {len(keyframes)} keyframes, got "
             f"{len(instructions)} and {len(ignore_collision)}; instruct every segment."
         )

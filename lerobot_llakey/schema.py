@@ -11,6 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from lerobot_llakey.errors import LlakeyError
+
 CAMERAS: tuple[str, ...] = ("front", "left_shoulder", "right_shoulder", "wrist")
 """Order of the cameras wherever something is stacked over cameras."""
 
@@ -101,10 +103,10 @@ def scene_seed(split: str, index: int) -> int:
         ValueError: if the split is unknown or the index falls outside its range.
     """
     if split not in SEED_RANGES:
-        raise ValueError(f"Expected a split out of {sorted(SEED_RANGES)}, got {split!r}; pick one of these.")
+        raise LlakeyError(f"Expected a split out of {sorted(SEED_RANGES)}, got {split!r}; pick one of these.")
     seeds = SEED_RANGES[split]
     if not 0 <= index < len(seeds):
-        raise ValueError(f"Expected an episode index in [0, {len(seeds)}), got {index}; choose a smaller seed.")
+        raise LlakeyError(f"Expected an episode index in [0, {len(seeds)}), got {index}; choose a smaller seed.")
     return seeds[index]
 
 
@@ -115,7 +117,7 @@ def encode_text(text: str) -> np.ndarray:
         ValueError: if the text is longer than TEXT_LENGTH.
     """
     if len(text) > TEXT_LENGTH:
-        raise ValueError(f"Expected at most {TEXT_LENGTH} characters, got {len(text)}: {text!r}; shorten it.")
+        raise LlakeyError(f"Expected at most {TEXT_LENGTH} characters, got {len(text)}: {text!r}; shorten it.")
     codes = np.zeros(TEXT_LENGTH, dtype=np.float32)
     codes[: len(text)] = [ord(character) for character in text]
     return codes

@@ -18,6 +18,8 @@ MAY_IMPORT: dict[str, set[str]] = {
     "geometry": {"schema"},
     "instructions": FOUNDATION,
     "keyframes": FOUNDATION,
+    "errors": set(),
+    "files": set(),
     # What the experts' recordings and anyone else's have in common.
     "labels": WORDS,
     "sim": WORDS | {"labels"},
@@ -35,6 +37,9 @@ MAY_IMPORT: dict[str, set[str]] = {
     "": POLICIES | {"policies", "sim"},
 }
 """Each room, and the other rooms that it may import."""
+
+EVERYWHERE = {"errors", "files"}
+"""What stands below every room."""
 
 SIMULATOR_LIBRARIES = {"mujoco", "gym_hil", "ompl", "mink", "frankik"}
 
@@ -71,7 +76,7 @@ def imports_of(source: str, module: str = "", is_package: bool = False) -> Itera
 def rooms_imported(source: str, module: str, is_package: bool = False) -> set[str]:
     """The rooms of the package, other than its own, that a module's source imports."""
     inside = [name for name in imports_of(source, module, is_package) if name.startswith("lerobot_llakey.")]
-    return {room_of(name.removeprefix("lerobot_llakey.")) for name in inside} - {room_of(module)}
+    return {room_of(name.removeprefix("lerobot_llakey.")) for name in inside} - {room_of(module)} - EVERYWHERE
 
 
 def forbidden_imports(source: str, module: str, is_package: bool = False) -> set[str]:

@@ -12,6 +12,7 @@ from lerobot.configs import parser
 from lerobot.datasets.lerobot_dataset import LeRobotDataset
 
 from lerobot_llakey.cli.errors import one_sentence
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.evaluation.abilities.files import write_abilities
 from lerobot_llakey.evaluation.abilities.measure import measure
 from lerobot_llakey.evaluation.abilities.report import markdown
@@ -55,7 +56,7 @@ def command_policy(policy: Any, path: str) -> Any:
     """
     command = getattr(policy, "command", policy)
     if not hasattr(command, "next_instructions") or getattr(command.config, "target", "instruction") != "instruction":
-        raise ValueError(
+        raise LlakeyError(
             f"Expected a policy that names instructions, got {policy.config.type!r} in {path}, which only acts; give "
             "an llakey_command or llakey checkpoint, or measure this one with `llakey keyframe-accuracy`."
         )

@@ -21,6 +21,7 @@ from lerobot_llakey.datasets.annotate import (
     read_instructions,
     write_template,
 )
+from lerobot_llakey.errors import LlakeyError
 
 
 @dataclass
@@ -60,7 +61,7 @@ class AnnotateConfig:
 def run(config: AnnotateConfig) -> None:
     """Discover keyframes, then write the template or the annotated dataset."""
     if config.template is None and config.output_repo_id is None:
-        raise ValueError("Expected a template or an output_repo_id, got neither; give --output_repo_id=user/name.")
+        raise LlakeyError("Expected a template or an output_repo_id, got neither; give --output_repo_id=user/name.")
     source = LeRobotDataset(config.repo_id, root=config.root)
     found = find_keyframes(
         source,

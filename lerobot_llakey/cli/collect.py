@@ -17,6 +17,7 @@ from lerobot_llakey.cli.errors import one_sentence
 from lerobot_llakey.datasets.balance import Balance, sampling_mode
 from lerobot_llakey.datasets.collect import collect
 from lerobot_llakey.datasets.plan import CollectSettings, Targets
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.sim.disturbances import EVENTS
 from lerobot_llakey.sim.tasks import parse_tasks
 
@@ -77,7 +78,7 @@ class CollectConfig:
             ValueError: if a task or the split is unknown or a number is out of range.
         """
         if min(self.num_episodes, self.image_size, self.fps) < 1:
-            raise ValueError(
+            raise LlakeyError(
                 f"Expected num_episodes, image_size and fps of 1 or more, got {self.num_episodes}, {self.image_size} "
                 f"and {self.fps}; correct the one that is not."
             )
@@ -104,7 +105,7 @@ class CollectConfig:
             ValueError: if neither demonstrations nor keysteps are asked for.
         """
         if not self.demonstrations and self.keysteps_root is None:
-            raise ValueError("Expected demonstrations or a keysteps_root, got neither; give --keysteps_root.")
+            raise LlakeyError("Expected demonstrations or a keysteps_root, got neither; give --keysteps_root.")
         root = self.root or HF_LEROBOT_HOME / self.repo_id
         return Targets(
             demonstrations=root if self.demonstrations else None,

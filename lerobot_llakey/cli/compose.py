@@ -11,6 +11,7 @@ from pathlib import Path
 from lerobot.configs import parser
 
 from lerobot_llakey.cli.errors import one_sentence
+from lerobot_llakey.errors import LlakeyError
 
 
 @dataclass
@@ -43,7 +44,7 @@ class ComposeConfig:
         given = [name for name, path in paths.items() if path is not None]
         wanted = ["policy_path"] if self.split else ["command_path", "action_path"]
         if given != wanted:
-            raise ValueError(
+            raise LlakeyError(
                 f"Expected {' and '.join(f'--{name}' for name in wanted)} with --split={str(self.split).lower()}, got "
                 f"{' and '.join(f'--{name}' for name in given) or 'no path'}; give just these."
             )

@@ -1,31 +1,44 @@
 """What a person sees of an error that is theirs to mend: its one sentence, without a traceback."""
 
+from __future__ import annotations
+
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
 from draccus.utils import ParsingError
 
+from lerobot_llakey.errors import LlakeyError
+from lerobot_llakey.files import reason
+
 
 @contextmanager
 def one_sentence() -> Iterator[None]:
-    """Turn errors about input into their message on stderr and exit status 1; all others keep their traceback.
+    """Turn errors about input into one sentence on stderr and exit status 1; all others keep their traceback.
 
     Raises:
-        SystemExit: in place of ValueError, FileNotFoundError, FileExistsError and RuntimeError raised by this package.
+        SystemExit: in place of a :class:`LlakeyError`, a setting that cannot be read, or a refusal of the file system.
     """
     try:
         yield
-    except (ValueError, FileNotFoundError, FileExistsError, RuntimeError, ParsingError) as error:
-        said = _cause(error)
-        if not str(said).startswith("Expected "):
+    except (LlakeyError, ParsingError, OSError) as error:
+        sentence = _sentence(error)
+        if sentence is None:
             raise
-        print(f"error: {said}", file=sys.stderr)
+        print(f"error: {sentence}", file=sys.stderr)
         raise SystemExit(1) from error
 
 
-def _cause(error: BaseException) -> BaseException:
-    """The error behind those that draccus wraps around one raised while settings are read from a file."""
-    while isinstance(error, ParsingError) and error.__cause__ is not None:
-        error = error.__cause__
-    return error
+def _sentence(error: BaseException) -> str | None:
+    """What to say of an error; None for a fault of the program."""
+    cause: BaseException | None = error
+    while isinstance(cause, ParsingError) and cause.__cause__ is not None:
+        cause = cause.__cause__  # draccus wraps errors raised while settings are read
+    if isinstance(cause, LlakeyError):
+        return str(cause)
+    if isinstance(cause, OSError) and cause.errno is not None and cause.filename is not None:
+        places = " and ".join(str(name) for name in (cause.filename, cause.filename2) if name is not None)
+        return f"Expected to read or write {places}, got refused ({reason(cause)}); check the path and its permissions."
+    if isinstance(error, ParsingError):
+        return f"Expected options that can be read, got one that cannot ({' '.join(str(cause).split())}); correct it."
+    return None

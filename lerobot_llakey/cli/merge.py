@@ -10,6 +10,7 @@ from lerobot.configs import parser
 
 from lerobot_llakey.cli.errors import one_sentence
 from lerobot_llakey.datasets.merge import merge
+from lerobot_llakey.errors import FileInTheWayError, MissingFileError
 
 
 @dataclass
@@ -33,9 +34,9 @@ def run(config: MergeConfig) -> None:
     sources = [Path(name.strip()) for name in config.roots.split(",") if name.strip()]
     missing = [str(source) for source in sources if not (source / "meta" / "info.json").exists()]
     if missing or not sources:
-        raise FileNotFoundError(f"Expected folders of datasets in --roots, got none at {missing}; correct them.")
+        raise MissingFileError(f"Expected folders of datasets in --roots, got none at {missing}; correct them.")
     if config.root.exists():
-        raise FileExistsError(f"Expected a folder that does not exist yet, got {config.root}; choose another --root.")
+        raise FileInTheWayError(f"Expected a folder that does not exist yet, got {config.root}; choose another --root.")
     merge(sources, config.root, config.repo_id)
     print(f"dataset: {config.root}")
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from lerobot.configs import parser
 
 from lerobot_llakey.cli.errors import one_sentence
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.evaluation.protocol.experiment import Output, foresee, report_rollback, run_experiment
 from lerobot_llakey.evaluation.protocol.plan import Plan
 from lerobot_llakey.evaluation.protocol.rows import read_rows
@@ -56,7 +57,7 @@ def run(config: RollbackConfig) -> None:
     """Run the episodes that are missing, write everything, print the table."""
     events = tuple(event.strip() for event in config.disturbance.split(",") if event.strip())
     if not events:
-        raise ValueError("Expected at least one event, got none; name some in --disturbance.")
+        raise LlakeyError("Expected at least one event, got none; name some in --disturbance.")
     plan = Plan(
         tuple(parse_tasks(config.task)),
         config.num_episodes,

@@ -12,6 +12,7 @@ from lerobot.configs import parser
 from lerobot.datasets.lerobot_dataset import LeRobotDataset
 
 from lerobot_llakey.cli.errors import one_sentence
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.evaluation.looking import look
 from lerobot_llakey.evaluation.rerun_file import require_rerun, write_rerun
 from lerobot_llakey.evaluation.rollout import Agent
@@ -49,7 +50,7 @@ def run(config: ShowConfig) -> None:
     seen = look(agent.policy, dataset, config.index, agent.preprocessor)
     config.output.parent.mkdir(parents=True, exist_ok=True)
     if not cv2.imwrite(str(config.output), page(seen)[..., ::-1]):
-        raise OSError(f"Expected to write the page to {config.output}, got refused; choose another --output.")
+        raise LlakeyError(f"Expected to write the page to {config.output}, got refused; choose another --output.")
     if config.rerun is not None:
         write_rerun(seen, config.rerun)
     print("\n".join([*report(seen), f"page: {config.output}"]))

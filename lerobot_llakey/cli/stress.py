@@ -10,6 +10,7 @@ from lerobot.configs import parser
 
 from lerobot_llakey.cli.errors import one_sentence
 from lerobot_llakey.cli.output import write_results
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.evaluation.stress import stress
 from lerobot_llakey.evaluation.tables import markdown_table
 from lerobot_llakey.sim.tasks import parse_tasks
@@ -38,7 +39,7 @@ class StressConfig:
 def run(config: StressConfig) -> None:
     """Act at random, print the table, write the results; status 1 if something went wrong."""
     if config.num_actions < 1:
-        raise ValueError(f"Expected num_actions of 1 or more, got {config.num_actions}; ask for at least one.")
+        raise LlakeyError(f"Expected num_actions of 1 or more, got {config.num_actions}; ask for at least one.")
     found = stress(parse_tasks(config.task), config.num_actions, config.split, config.num_workers)
     header = (
         "task",

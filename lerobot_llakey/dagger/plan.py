@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from lerobot_llakey import schema
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.sim.disturbances import check_disturbance
 
 
@@ -44,12 +45,12 @@ class DaggerSettings:
     def __post_init__(self) -> None:
         counts = (self.num_episodes, self.image_size, self.max_steps)
         if min(counts) < 1:
-            raise ValueError(
+            raise LlakeyError(
                 f"Expected num_episodes, image_size and max_steps of 1 or more, got {counts[0]}, {counts[1]} and "
                 f"{counts[2]}; correct the one that is not."
             )
         if not 0 <= self.expert_share <= 1:
-            raise ValueError(f"Expected expert_share in 0..1, got {self.expert_share}; correct it.")
+            raise LlakeyError(f"Expected expert_share in 0..1, got {self.expert_share}; correct it.")
         schema.scene_seed(self.split, self.first_seed)
         check_disturbance(self.disturbance)
 

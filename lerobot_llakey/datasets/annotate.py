@@ -23,6 +23,7 @@ from lerobot_llakey import schema
 from lerobot_llakey.datasets.language import write_language
 from lerobot_llakey.datasets.rewrite import rewrite
 from lerobot_llakey.datasets.velocities import estimate_velocities
+from lerobot_llakey.errors import FileInTheWayError, LlakeyError, MissingFileError
 from lerobot_llakey.keyframes import discover_keyframes
 from lerobot_llakey.labels import Labels, label
 
@@ -66,12 +67,12 @@ def find_keyframes(source: LeRobotDataset, **settings: float) -> list[FoundKeyfr
     """
     shape = tuple(source.features.get(schema.STATE, {}).get("shape", ()))
     if shape != (schema.STATE_DIM,):
-        raise ValueError(
+        raise LlakeyError(
             f"Expected {schema.STATE} of {schema.STATE_DIM} numbers ({', '.join(schema.STATE_NAMES)}) in "
             f"{source.repo_id}, got {f'shape {shape}' if shape else 'no such column'}; record these."
         )
     if len(source.hf_dataset) != source.meta.total_frames:
-        raise ValueError(
+        raise LlakeyError(
             f"Expected all {source.meta.total_episodes} episodes of {source.repo_id}, got {source.num_episodes}; load "
             "it without a choice of episodes."
         )
@@ -107,14 +108,14 @@ def read_instructions(path: Path) -> dict[int, list[str]]:
         ValueError: if it is not of the form that this module's description gives.
     """
     if not path.exists():
-        raise FileNotFoundError(f"Expected instructions in {path}, found no file; write one with --template={path}.")
+        raise MissingFileError(f"Expected instructions in {path}, found no file; write one with --template={path}.")
     if path.suffix == ".json":
         try:
             return {
                 int(episode): [str(text) for text in texts] for episode, texts in json.loads(path.read_text()).items()
             }
         except (AttributeError, TypeError, ValueError) as error:
-            raise ValueError(
+            raise LlakeyError(
                 f'Expected {path} to hold {{"0": ["instruction", ...], ...}}, got something else ({error}); correct it.'
             ) from error
     with path.open(newline="", encoding="utf-8") as file:
@@ -122,14 +123,14 @@ def read_instructions(path: Path) -> dict[int, list[str]]:
     try:
         by_segment = {(int(row["episode"]), int(row["segment"])): row["instruction"].strip() for row in rows}
     except (AttributeError, KeyError, TypeError, ValueError) as error:
-        raise ValueError(
+        raise LlakeyError(
             f"Expected {path} to have the columns episode, segment and instruction, got a row without ({error}); "
             "correct it."
         ) from error
     instructions: dict[int, list[str]] = {}
     for episode, segment in sorted(by_segment):
         if segment != len(instructions.setdefault(episode, [])):
-            raise ValueError(
+            raise LlakeyError(
                 f"Expected segment {len(instructions[episode])} of episode {episode} in {path}, got segment {segment}; "
                 "number the segments from 0 without gaps."
             )
@@ -191,7 +192,7 @@ def annotate(
         FileExistsError: if the folder exists.
     """
     if root.exists():
-        raise FileExistsError(f"Expected {root} not to exist, found it; choose a new folder.")
+        raise FileInTheWayError(f"Expected {root} not to exist, found it; choose a new folder.")
     labels = [_label(episode, instructions.get(episode.episode, ()), ignore_collision) for episode in found]
     kept = (schema.EPISODE_SEED, schema.EPISODE_VARIATION, schema.EPISODE_SEQUENCE, *schema.LATER_COLUMNS)
     columns = {
@@ -225,7 +226,7 @@ def _array(values: np.ndarray) -> pa.Array:
 def _label(episode: FoundKeyframes, instructions: Sequence[str], ignore_collision: bool) -> Labels:
     count = len(episode.keyframes)
     if len(instructions) != count or not all(text.strip() for text in instructions):
-        raise ValueError(
+        raise LlakeyError(
             f"Expected {count} instructions for episode {episode.episode}, one for each keyframe in "
             f"{episode.keyframes}, got {list(instructions)}; complete them, or find other keyframes by --min_rest."
         )

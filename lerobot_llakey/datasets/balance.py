@@ -10,6 +10,7 @@ from typing import Any, Literal
 import numpy as np
 
 from lerobot_llakey import schema
+from lerobot_llakey.errors import LlakeyError
 
 SamplingMode = Literal["thin", "repeat", "weight"]
 
@@ -22,7 +23,7 @@ def sampling_mode(name: str) -> SamplingMode:
     """
     modes: dict[str, SamplingMode] = {"thin": "thin", "repeat": "repeat", "weight": "weight"}
     if name not in modes:
-        raise ValueError(
+        raise LlakeyError(
             f"Expected a mode of keysteps out of thin, repeat and weight, got {name!r}; pick one of these."
         )
     return modes[name]
@@ -58,7 +59,7 @@ class Balance:
     def __post_init__(self) -> None:
         sampling_mode(self.mode)
         if min(self.stride, self.min_per_segment, self.keyframe_repeats) < 1:
-            raise ValueError(
+            raise LlakeyError(
                 f"Expected stride, min_per_segment and keyframe_repeats of 1 or more, got {self.stride}, "
                 f"{self.min_per_segment} and {self.keyframe_repeats}; correct the one that is not."
             )
@@ -76,7 +77,7 @@ class Balance:
         """
         starts = [0, *keyframes]
         if len(starts) < 2 or starts[-1] != length - 1 or any(a >= b for a, b in pairwise(starts)):
-            raise ValueError(
+            raise LlakeyError(
                 f"Expected increasing keyframes above 0 that end at the last frame {length - 1}, got "
                 f"{list(keyframes)}; use those of the same episode."
             )

@@ -12,6 +12,7 @@ from lerobot.datasets.lerobot_dataset import LeRobotDataset
 
 from lerobot_llakey import schema
 from lerobot_llakey.datasets.parts import RECORD, read_record
+from lerobot_llakey.errors import LlakeyError
 
 TEMPLATE = "llakey_demonstrations.md"
 _TAGS = ["LeRobot", "llakey", "robotics", "keyframes"]
@@ -33,7 +34,7 @@ def make_card(dataset: LeRobotDataset) -> DatasetCard:
         ValueError: if the dataset has no instruction column.
     """
     if schema.INSTRUCTION not in dataset.features:
-        raise ValueError(
+        raise LlakeyError(
             f"Expected demonstrations or keysteps with {schema.INSTRUCTION}, got {dataset.repo_id} without; annotate "
             "it first."
         )

@@ -25,6 +25,7 @@ from tqdm import tqdm
 from lerobot_llakey.datasets.collect_part import collect_part
 from lerobot_llakey.datasets.parts import PARTS_SUFFIX, begin_parts, finish
 from lerobot_llakey.datasets.plan import CollectSettings, Targets
+from lerobot_llakey.errors import LlakeyError
 
 _PART_EPISODES = 48
 """At most so many episodes are lost when a process is killed."""
@@ -91,7 +92,7 @@ def collect(
     """
     named = targets.named()
     if not named:
-        raise ValueError("Expected demonstrations, keysteps or both to be collected, got neither; give one a folder.")
+        raise LlakeyError("Expected demonstrations, keysteps or both to be collected, got neither; give one a folder.")
     parts = Path(f"{next(iter(named.values()))[0]}{PARTS_SUFFIX}")
     roots = {kind: root for kind, (root, _) in named.items()}
     quieten()

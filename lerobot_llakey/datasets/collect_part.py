@@ -14,6 +14,7 @@ from lerobot_llakey import schema
 from lerobot_llakey.datasets.demonstrations import ROBOT_TYPE, DemonstrationWriter, frames_of, keystep_rng
 from lerobot_llakey.datasets.image_dataset import ImageDatasetWriter
 from lerobot_llakey.datasets.plan import ATTEMPTS, CollectSettings
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.sim.cameras import CameraRig
 from lerobot_llakey.sim.recorder import Episode, record
 from lerobot_llakey.sim.tasks import make_task
@@ -53,7 +54,7 @@ def good_episode(settings: CollectSettings, index: int, world: World) -> tuple[E
         if episode.usable:
             return episode, thrown
         thrown[f"{task}: " + ("keyframes differ from the waypoints" if episode.success else "not done")] += 1
-    raise RuntimeError(
+    raise LlakeyError(
         f"Expected the expert of {task} to do variation {variation} in one of {ATTEMPTS} scenes, got none from seed "
         f"{settings.seed(number, 0)} on; run llakey expert to see what fails."
     )

@@ -21,6 +21,7 @@ from lerobot.datasets.dataset_metadata import LeRobotDatasetMetadata
 from lerobot.datasets.feature_utils import get_hf_features_from_features, validate_frame
 
 from lerobot_llakey import schema
+from lerobot_llakey.errors import LlakeyError
 
 PNG_LEVEL = 6
 """Of zlib: against level 1, colour is a quarter smaller, decodes a sixth faster and takes a millisecond to encode."""
@@ -87,7 +88,7 @@ class ImageDatasetWriter:
             ValueError: if there are no frames or one does not fit the features.
         """
         if not frames:
-            raise ValueError("Expected an episode of one frame or more, got none; leave it out.")
+            raise LlakeyError("Expected an episode of one frame or more, got none; leave it out.")
         for frame in frames:
             validate_frame(dict(frame), self.meta.features)
         count, episode, first = len(frames), self.meta.total_episodes, self.meta.total_frames

@@ -14,6 +14,7 @@ from tqdm import tqdm
 from lerobot_llakey import schema
 from lerobot_llakey.datasets.balance import PAPER, Balance
 from lerobot_llakey.datasets.image_dataset import ImageDatasetWriter
+from lerobot_llakey.errors import LlakeyError
 
 
 def convert(source: LeRobotDataset, root: Path, repo_id: str, *, balance: Balance = PAPER, seed: int = 0) -> int:
@@ -35,7 +36,7 @@ def convert(source: LeRobotDataset, root: Path, repo_id: str, *, balance: Balanc
     """
     missing = [key for key in (schema.NEXT_KEYFRAME, schema.INSTRUCTION, schema.ACTION) if key not in source.features]
     if missing:
-        raise ValueError(
+        raise LlakeyError(
             f"Expected demonstrations with keyframes and instructions, got {source.repo_id} without "
             f"{', '.join(missing)}; annotate it with llakey annotate."
         )

@@ -15,6 +15,7 @@ from lerobot.datasets.language import LANGUAGE_PERSISTENT, language_feature_info
 
 from lerobot_llakey import schema
 from lerobot_llakey.datasets.rewrite import rewrite
+from lerobot_llakey.errors import LlakeyError
 
 _ROWS = pa.list_(
     pa.struct(
@@ -45,7 +46,7 @@ def write_language(root: Path) -> None:
 
 def _column(table: pa.Table) -> Mapping[str, pa.Array]:
     if schema.INSTRUCTION not in table.column_names:
-        raise ValueError(
+        raise LlakeyError(
             f"Expected the column {schema.INSTRUCTION}, got only {', '.join(table.column_names)}; annotate the dataset "
             "first."
         )

@@ -22,6 +22,8 @@ from lerobot.datasets.dataset_metadata import LeRobotDatasetMetadata
 from lerobot.datasets.io_utils import write_table_one_row_group_per_episode
 from lerobot.datasets.utils import update_chunk_file_indices
 
+from lerobot_llakey.errors import LlakeyError
+
 
 def merge(sources: Sequence[Path], target: Path, repo_id: str) -> None:
     """Merge finished datasets into a new one, in order.
@@ -52,7 +54,7 @@ def _check_columns(metas: Sequence[LeRobotDatasetMetadata]) -> None:
         lacking, further = set(first.features) - set(meta.features), set(meta.features) - set(first.features)
         if lacking or further:
             has = [f"{word} {', '.join(sorted(keys))}" for word, keys in (("no", lacking), ("also", further)) if keys]
-            raise ValueError(
+            raise LlakeyError(
                 f"Expected the columns of {first.root} in {meta.root}, which has {' and '.join(has)}; collect both "
                 f"with the same version, or remove the columns with lerobot-edit-dataset."
             )

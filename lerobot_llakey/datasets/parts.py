@@ -15,6 +15,8 @@ from lerobot_llakey import schema
 from lerobot_llakey.datasets.language import write_language
 from lerobot_llakey.datasets.merge import merge
 from lerobot_llakey.datasets.rewrite import drop
+from lerobot_llakey.errors import LlakeyError
+from lerobot_llakey.files import write_whole
 
 PARTS_SUFFIX = ".parts"
 RECORD = "meta/llakey_collect.json"
@@ -47,7 +49,7 @@ def begin_parts(settings: Mapping[str, Any], roots: Mapping[str, Path], parts: P
             continue
         record = read_record(root)
         if record["settings"] != settings:
-            raise ValueError(
+            raise LlakeyError(
                 f"Expected {root} to be collected with {dict(settings)}, got {record['settings']}; choose another "
                 "folder."
             )
@@ -57,17 +59,15 @@ def begin_parts(settings: Mapping[str, Any], roots: Mapping[str, Path], parts: P
     if path.exists():
         found = json.loads(path.read_text())
         if found["settings"] != settings:
-            raise ValueError(
+            raise LlakeyError(
                 f"Expected {parts} to be begun with {dict(settings)}, got {found['settings']}; repeat the first "
                 "command or delete that folder."
             )
         begun = found
     elif len(set(counts.values())) > 1:
-        raise ValueError(f"Expected datasets of one length, got {counts}; collect the shorter one by itself.")
+        raise LlakeyError(f"Expected datasets of one length, got {counts}; collect the shorter one by itself.")
     parts.mkdir(parents=True, exist_ok=True)
-    fresh = path.with_suffix(".tmp")
-    fresh.write_text(json.dumps(begun))
-    fresh.replace(path)
+    write_whole(path, json.dumps(begun))
     return int(begun["begin"]), int(begun["part_size"])
 
 
@@ -83,7 +83,7 @@ def read_record(root: Path) -> dict[str, Any]:
     """
     path = root / RECORD
     if not path.exists():
-        raise ValueError(f"Expected {root} to be absent or collected by llakey, got another folder; choose a new one.")
+        raise LlakeyError(f"Expected {root} to be absent or collected by llakey, got another folder; choose a new one.")
     return json.loads(path.read_text())
 
 

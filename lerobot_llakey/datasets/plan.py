@@ -11,6 +11,7 @@ import numpy as np
 
 from lerobot_llakey import schema
 from lerobot_llakey.datasets.balance import PAPER, Balance
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.sim.disturbances import EVENTS, IMPRECISE
 
 ATTEMPTS = 10
@@ -51,11 +52,11 @@ class CollectSettings:
     def __post_init__(self) -> None:
         shares = (self.recovery, self.imprecise)
         if min(shares) < 0 or sum(shares) > 1:
-            raise ValueError(
+            raise LlakeyError(
                 f"Expected shares recovery and imprecise of 0 or more, together at most 1, got {shares}; lower one."
             )
         if not self.events or not set(self.events) <= set(EVENTS):
-            raise ValueError(
+            raise LlakeyError(
                 f"Expected events out of {', '.join(EVENTS)}, got {', '.join(self.events) or 'none'}; pick of these."
             )
 

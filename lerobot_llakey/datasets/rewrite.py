@@ -12,6 +12,8 @@ import pyarrow.parquet as pq
 from lerobot.datasets.io_utils import load_stats, write_stats, write_table_one_row_group_per_episode
 from lerobot.datasets.utils import EPISODES_DIR, INFO_PATH
 
+from lerobot_llakey.files import replacing, write_whole
+
 
 def rewrite(
     root: Path, columns: Callable[[pa.Table], Mapping[str, pa.Array]], features: Mapping[str, Mapping[str, Any]]
@@ -29,14 +31,13 @@ def rewrite(
             if key in table.column_names:
                 table = table.drop_columns([key])
             table = table.append_column(key, column)
-        write_table_one_row_group_per_episode(_plain(table), _fresh(path))
-        _fresh(path).replace(path)
+        with replacing(path) as fresh:
+            write_table_one_row_group_per_episode(_plain(table), fresh)
     _forget_episode_stats(root, features)
     path = root / INFO_PATH
     info = json.loads(path.read_text())
     info["features"].update(json.loads(json.dumps(features)))
-    _fresh(path).write_text(json.dumps(info, indent=4))
-    _fresh(path).replace(path)
+    write_whole(path, json.dumps(info, indent=4))
 
 
 def drop(root: Path, keys: Collection[str]) -> None:
@@ -47,13 +48,12 @@ def drop(root: Path, keys: Collection[str]) -> None:
         return
     for file in sorted((root / "data").rglob("*.parquet")):
         table = pq.read_table(file)
-        write_table_one_row_group_per_episode(_plain(table.drop_columns(_among(keys, table))), _fresh(file))
-        _fresh(file).replace(file)
+        with replacing(file) as fresh:
+            write_table_one_row_group_per_episode(_plain(table.drop_columns(_among(keys, table))), fresh)
     _forget_episode_stats(root, keys)
     write_stats({key: values for key, values in (load_stats(root) or {}).items() if key not in keys}, root)
     info["features"] = {key: feature for key, feature in info["features"].items() if key not in keys}
-    _fresh(path).write_text(json.dumps(info, indent=4))
-    _fresh(path).replace(path)
+    write_whole(path, json.dumps(info, indent=4))
 
 
 def _forget_episode_stats(root: Path, keys: Collection[str]) -> None:
@@ -63,16 +63,12 @@ def _forget_episode_stats(root: Path, keys: Collection[str]) -> None:
         table = pq.read_table(path)
         kept = [name for name in table.column_names if not name.startswith(stale)]
         if len(kept) < table.num_columns:
-            pq.write_table(table.select(kept), _fresh(path))
-            _fresh(path).replace(path)
+            with replacing(path) as fresh:
+                pq.write_table(table.select(kept), fresh)
 
 
 def _among(keys: Collection[str], table: pa.Table) -> list[str]:
     return [key for key in keys if key in table.column_names]
-
-
-def _fresh(path: Path) -> Path:
-    return path.with_suffix(".tmp")
 
 
 def _plain(table: pa.Table) -> pa.Table:

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from difflib import SequenceMatcher, get_close_matches
 
 from lerobot_llakey import instructions
+from lerobot_llakey.errors import LlakeyError
 
 _SLOT = re.compile(r"\{(\w+)\}")
 _FORMS, _NEAR, _VERB_WEIGHT = 3, 0.6, 2.0
@@ -25,7 +26,7 @@ def read_instruction(text: str, known: Iterable[str] = ()) -> str:
     try:
         return instructions.canonical(text)
     except ValueError as error:
-        raise ValueError(explain(text, known)) from error
+        raise LlakeyError(explain(text, known)) from error
 
 
 def explain(text: str, known: Iterable[str] = ()) -> str:

@@ -10,6 +10,7 @@ from typing import Any
 
 from lerobot_llakey.drive import markup
 from lerobot_llakey.drive.session import Session
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.sim.tasks import task_classes
 
 LOOPBACK = "127.0.0.1"
@@ -27,7 +28,7 @@ def require_gradio() -> Any:
     try:
         return importlib.import_module("gradio")
     except ImportError as error:
-        raise RuntimeError(
+        raise LlakeyError(
             "Expected the package gradio for the page of llakey drive, got none; "
             "pip install 'lerobot_policy_llakey[drive]', or add --terminal."
         ) from error
@@ -140,7 +141,7 @@ def open_page(session: Session, port: int, browser: bool = False) -> tuple[Any, 
             prevent_thread_lock=True,
         )
     except OSError as error:
-        raise RuntimeError(f"Expected a free port, got {port}, which is taken; give another --port.") from error
+        raise LlakeyError(f"Expected a free port, got {port}, which is taken; give another --port.") from error
     return page, address
 
 

@@ -11,6 +11,7 @@ import numpy as np
 import torch
 
 from lerobot_llakey.drive.remembering import Remembering
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.evaluation.rollout import Agent
 from lerobot_llakey.policies.hierarchy.commanders.corrections import Corrections
 from lerobot_llakey.policies.hierarchy.log import EpisodeLog
@@ -57,7 +58,7 @@ class Pilot:
     def __init__(self, agent: Agent) -> None:
         policy = agent.policy
         if not isinstance(policy, LlakeyPolicy):
-            raise ValueError(
+            raise LlakeyError(
                 f"Expected a checkpoint of type 'llakey', got one of type {policy.name!r}; join a command and an "
                 "action policy with llakey compose."
             )

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from lerobot_llakey import schema
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.hierarchy.commanders.commander import Commander, Said
 from lerobot_llakey.policies.hierarchy.record import Step
 
@@ -43,7 +44,9 @@ class Remembering(Commander):
         seeds: Sequence[int] = (),
     ) -> list[Said]:
         if list(rows) != [0]:
-            raise ValueError(f"Expected a question about one row, 0, got rows {list(rows)}; drive one scene at a time.")
+            raise LlakeyError(
+                f"Expected a question about row 0 alone, got rows {list(rows)}; drive one scene at a time."
+            )
         task = batch.get(schema.TASK, "")
         question = (
             task if isinstance(task, str) else str(task[0]),

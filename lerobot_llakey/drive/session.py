@@ -13,6 +13,7 @@ from lerobot_llakey.drive.driver import Driver
 from lerobot_llakey.drive.hints import read_instruction
 from lerobot_llakey.drive.pilot import ROW, Pilot
 from lerobot_llakey.drive.snapshot import Snapshot
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.hierarchy.commanders.corrections import Hold
 from lerobot_llakey.sim.env import LlakeySimEnv
 from lerobot_llakey.sim.tasks import parse_tasks
@@ -80,7 +81,7 @@ class Session:
         """
         tasks = parse_tasks(task)
         if len(tasks) != 1:
-            raise ValueError(f"Expected one task, got {task!r}; name one, and start the others later.")
+            raise LlakeyError(f"Expected one task, got {task!r}; name one, and start the others later.")
         schema.scene_seed(self._split, seed)
         with self._board.changed:
             self._driver.wishes.clear()
@@ -98,7 +99,7 @@ class Session:
             phase = "preparing" if self._driver.wishes and now.phase == "waiting" else now.phase
             if phase != "waiting" or now.running:
                 state = "a running drive" if now.running else f"a drive that is {phase}"
-                raise ValueError(f"Expected a drive that waits with a proposal, got {state}; pause, or start one.")
+                raise LlakeyError(f"Expected a drive that waits with a proposal, got {state}; pause, or start one.")
             self._board.publish(phase="moving")
         self._submit(self._driver.step)
 
@@ -112,12 +113,12 @@ class Session:
             ValueError: if there is no episode, or no step to take.
         """
         if steps is not None and steps < 1:
-            raise ValueError(f"Expected at least 1 step to run, got {steps}; say how many.")
+            raise LlakeyError(f"Expected at least 1 step to run, got {steps}; say how many.")
         with self._board.changed:
             if self._board.now.running:
                 return
             if self._board.now.phase in ("over", "failed"):
-                raise ValueError(f"Expected an episode, got a drive that is {self._board.now.phase}; start one first.")
+                raise LlakeyError(f"Expected an episode, got a drive that is {self._board.now.phase}; start one first.")
             self._driver.left = steps
             self._board.publish(running=True, note="")
             if self._driver.going:
@@ -181,7 +182,7 @@ class Session:
     def _wish(self, wish: Callable[[], object]) -> None:
         with self._board.changed:
             if self._board.now.phase in ("over", "failed"):
-                raise ValueError(f"Expected an episode, got a drive that is {self._board.now.phase}; start one first.")
+                raise LlakeyError(f"Expected an episode, got a drive that is {self._board.now.phase}; start one first.")
             self._driver.wishes.append(wish)
             self._board.publish(note="")
         self._submit(self._driver.take_wishes)

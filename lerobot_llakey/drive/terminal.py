@@ -9,6 +9,7 @@ from lerobot_llakey.drive.driven_step import DrivenStep
 from lerobot_llakey.drive.session import Session
 from lerobot_llakey.drive.snapshot import Snapshot
 from lerobot_llakey.drive.views import jpeg, one_picture
+from lerobot_llakey.errors import LlakeyError
 
 HELP = """\
   (empty line)         carry the proposal out
@@ -75,7 +76,7 @@ class Terminal:
         elif word == "new":
             *task, seed = rest.split() or [""]
             if not seed.isdecimal():
-                raise ValueError(f"Expected new SEED or new TASK SEED, got {line!r}; give the number of a scene.")
+                raise LlakeyError(f"Expected new SEED or new TASK SEED, got {line!r}; give the number of a scene.")
             session.start(task[0] if task else before.task, int(seed))
             return self._show(session.settle(), 0)
         elif word == "hold":

@@ -17,6 +17,7 @@ from lerobot.datasets.lerobot_dataset import LeRobotDataset
 
 from lerobot_llakey.datasets.collect import collect
 from lerobot_llakey.datasets.plan import CollectSettings, Targets
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.evaluation.bench_loader import bench_loader
 from lerobot_llakey.evaluation.bench_policy import bench_policy
 from lerobot_llakey.evaluation.bench_render import bench_render
@@ -46,9 +47,9 @@ def bench(part: str, num_episodes: int, batch_size: int, steps: int, device: str
         ValueError: if the part is unknown or a number is not positive.
     """
     if part not in PARTS:
-        raise ValueError(f"Expected a part out of {', '.join(PARTS)}, got {part!r}; correct --part.")
+        raise LlakeyError(f"Expected a part out of {', '.join(PARTS)}, got {part!r}; correct --part.")
     if min(num_episodes, batch_size, steps) < 1:
-        raise ValueError(
+        raise LlakeyError(
             f"Expected num_episodes, batch_size and steps of 1 or more, got {num_episodes}, {batch_size} and {steps}."
         )
     if part == "collect":

@@ -8,6 +8,7 @@ import numpy as np
 from lerobot.utils.io_utils import write_video
 
 from lerobot_llakey.evaluation.overlay import annotate_frame
+from lerobot_llakey.files import replacing
 from lerobot_llakey.sim.env import LlakeySimEnv
 
 _FPS, _HOLD_FRAMES = 20, 20
@@ -38,10 +39,8 @@ class Film:
         """
         self._env.watch(None)
         last = annotate_frame(self._env.render(), self._env.task_description, self._instruction, success)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        unfinished = path.with_name(f".{path.name}")
-        write_video(unfinished, [*self._frames, *[last] * _HOLD_FRAMES], _FPS)
-        unfinished.replace(path)
+        with replacing(path) as unfinished:
+            write_video(unfinished, [*self._frames, *[last] * _HOLD_FRAMES], _FPS)
 
     def _take(self, frame: np.ndarray) -> None:
         self._frames.append(annotate_frame(frame, self._env.task_description, self._instruction))

@@ -13,6 +13,7 @@ from torch import Tensor
 from torch.utils.data import DataLoader, Dataset, Subset
 
 from lerobot_llakey import geometry, schema
+from lerobot_llakey.errors import LlakeyError
 
 POSITION_LIMITS = (0.01, 0.02)
 """Metres."""
@@ -69,7 +70,7 @@ def keyframe_accuracy(
     """
     size = len(cast(Sized, dataset))
     if size == 0:
-        raise ValueError("Expected a keysteps dataset with samples, got an empty one; collect demonstrations first.")
+        raise LlakeyError("Expected a keysteps dataset with samples, got an empty one; collect demonstrations first.")
     if num_samples:
         order = torch.randperm(size, generator=torch.Generator().manual_seed(seed))[:num_samples]
         dataset = Subset(dataset, order.tolist())
@@ -93,7 +94,7 @@ def keyframe_accuracy(
 
 def _verbs(batch: Mapping[str, Any]) -> list[str]:
     if schema.INSTRUCTION not in batch:
-        raise ValueError(
+        raise LlakeyError(
             f"Expected the column {schema.INSTRUCTION}, got a dataset without instruction columns; use keysteps."
         )
     return [text.split(maxsplit=1)[0] if text.strip() else "" for text in batch[schema.INSTRUCTION]]

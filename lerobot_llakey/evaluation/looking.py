@@ -13,6 +13,7 @@ from torch import Tensor, nn
 from torch.utils.data import Dataset
 
 from lerobot_llakey import schema
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.evaluation.keyframe_accuracy import rotation_error
 from lerobot_llakey.policies.action.batch.point_cloud import fuse_views
 from lerobot_llakey.policies.action.modeling_llakey_action import LlakeyActionPolicy
@@ -107,13 +108,13 @@ def look(
     """
     action_policy = getattr(policy, "action", policy)
     if not isinstance(action_policy, LlakeyActionPolicy):
-        raise ValueError(
+        raise LlakeyError(
             f"Expected an llakey_action policy or an llakey one with an action part, got {type(policy).__name__}; "
             "give --policy_path such a checkpoint."
         )
     size = len(dataset)  # type: ignore[arg-type]
     if not 0 <= index < size:
-        raise ValueError(f"Expected an index in [0, {size}), got {index}; choose a frame of the dataset.")
+        raise LlakeyError(f"Expected an index in [0, {size}), got {index}; choose a frame of the dataset.")
     batch: dict[str, Any] = lerobot_collate_fn([dataset[index]])
     words = {key: str(batch[key][0]) if key in batch else "" for key in (schema.TASK, schema.INSTRUCTION)}
     true = batch[schema.ACTION][0].float().cpu()

@@ -8,6 +8,7 @@ from types import ModuleType
 
 import numpy as np
 
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.evaluation.looking import Look
 from lerobot_llakey.evaluation.oblique import gripper_lines
 from lerobot_llakey.evaluation.show import PREDICTED, TRUE, heat_over, report
@@ -22,7 +23,7 @@ def require_rerun() -> ModuleType:
     try:
         return importlib.import_module("rerun")
     except ImportError as error:
-        raise ValueError(
+        raise LlakeyError(
             "Expected the rerun viewer's library for --rerun, got none; install LeRobot's extra lerobot[viz] or leave "
             "--rerun out."
         ) from error

@@ -15,6 +15,7 @@ from lerobot.policies.factory import make_policy, make_pre_post_processors
 from lerobot.policies.pretrained import PreTrainedPolicy
 
 from lerobot_llakey import schema
+from lerobot_llakey.errors import MissingFileError
 from lerobot_llakey.sim.configuration_llakey_sim import LlakeySimConfig
 from lerobot_llakey.sim.env import LlakeySimEnv
 from lerobot_llakey.sim.recorder import waypoint_action
@@ -106,7 +107,7 @@ class Agent:
             FileNotFoundError: if nothing is there.
         """
         if not Path(path).exists() and str(path).count("/") != 1:
-            raise FileNotFoundError(f"Expected a checkpoint folder or a Hub name, got {path}; correct --policy_path.")
+            raise MissingFileError(f"Expected a checkpoint folder or a Hub name, got {path}; correct --policy_path.")
         config = PreTrainedConfig.from_pretrained(path, cli_overrides=list(overrides))
         config.pretrained_path = Path(path)
         if oracle and hasattr(config, "commander"):  # an action policy alone reads the oracle by itself

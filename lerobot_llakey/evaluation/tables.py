@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.evaluation.rollout import Episode
 
 
@@ -25,7 +26,7 @@ def success_table(episodes: Sequence[Episode]) -> str:
         ValueError: if there are no episodes.
     """
     if not episodes:
-        raise ValueError("Expected at least one episode, got none; raise --num_episodes.")
+        raise LlakeyError("Expected at least one episode, got none; raise --num_episodes.")
     rows, rates = [], []
     for task in dict.fromkeys(episode.task for episode in episodes):
         of_task = [episode for episode in episodes if episode.task == task]

@@ -8,10 +8,10 @@ from pathlib import Path
 
 from lerobot_llakey.datasets.collect import collect
 from lerobot_llakey.datasets.plan import CollectSettings, Targets
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.evaluation.protocol.plan import Plan
-from lerobot_llakey.evaluation.protocol.records import Records, alone_in
+from lerobot_llakey.evaluation.protocol.records import Records
 from lerobot_llakey.evaluation.protocol.runner import EPISODES, VIDEOS, make_missing_films
-from lerobot_llakey.evaluation.protocol.settings import write_whole
 from lerobot_llakey.experiments.ambiguity_report import ambiguity_page, plot_ambiguity, summarise
 from lerobot_llakey.experiments.arms import BASELINE, LLAKEY, Arm, make_arms, make_plan, run_arms
 from lerobot_llakey.experiments.rates import Rates
@@ -20,6 +20,7 @@ from lerobot_llakey.experiments.settings import AmbiguitySettings, TrainingSetti
 from lerobot_llakey.experiments.stages import Stage
 from lerobot_llakey.experiments.training import Training
 from lerobot_llakey.experiments.wordings import TASK_NAME, TRAININGS
+from lerobot_llakey.files import alone_in, write_whole
 
 PAGE, PLOT = "ambiguity.md", "ambiguity.png"
 _PREFIX = "ambiguity"
@@ -51,7 +52,7 @@ class Ambiguity:
 
     def __post_init__(self) -> None:
         if self.action is None and not self.settings.action.recipe:
-            raise ValueError("Expected an action policy or a recipe for one, got neither; set action.recipe.")
+            raise LlakeyError("Expected an action policy or a recipe for one, got neither; set action.recipe.")
 
     @property
     def trainings(self) -> dict[str, Training]:

@@ -21,10 +21,10 @@ from lerobot_llakey.datasets.collect import collect, quieten
 from lerobot_llakey.datasets.keysteps import convert
 from lerobot_llakey.datasets.plan import CollectSettings, Targets
 from lerobot_llakey.evaluation.film import Film
-from lerobot_llakey.evaluation.protocol.settings import write_whole
 from lerobot_llakey.evaluation.rollout import Agent, run_episode
 from lerobot_llakey.experiments.rates import Rates
 from lerobot_llakey.experiments.training import Training
+from lerobot_llakey.files import write_whole
 from lerobot_llakey.policies.hierarchy.compose import compose
 from lerobot_llakey.sim.env import LlakeySimEnv
 

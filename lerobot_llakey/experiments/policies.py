@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.evaluation.protocol.rows import Row
 from lerobot_llakey.experiments.data import Data
 from lerobot_llakey.experiments.settings import TableSettings, TrainingSettings, TrainSettings
@@ -36,7 +37,7 @@ class Policies:
 
     def __post_init__(self) -> None:
         if not (self.settings.action.recipe and self.settings.command.recipe):
-            raise ValueError("Expected recipes for train.action and train.command, got none; name YAML files.")
+            raise LlakeyError("Expected recipes for train.action and train.command, got none; name YAML files.")
 
     @property
     def trainings(self) -> dict[str, Training]:

@@ -8,9 +8,9 @@ from pathlib import Path
 
 from lerobot_llakey.evaluation.protocol.experiment import TABLE
 from lerobot_llakey.evaluation.protocol.runner import VIDEOS
-from lerobot_llakey.evaluation.protocol.settings import write_whole
 from lerobot_llakey.experiments import ambiguity
 from lerobot_llakey.experiments.training import Training
+from lerobot_llakey.files import write_whole
 
 REPORT = "report.md"
 _PARTS: tuple[tuple[str, str, str, tuple[str, ...]], ...] = (

@@ -11,7 +11,9 @@ import pyarrow.parquet as pq
 from lerobot.datasets.utils import EPISODES_DIR
 
 from lerobot_llakey import schema
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.experiments.wordings import trained_wording
+from lerobot_llakey.files import replacing
 
 _TASKS = Path("meta/tasks.parquet")
 
@@ -56,7 +58,7 @@ def _sequences(root: Path) -> dict[str, int]:
         for index, value in columns.drop_duplicates().itertuples(index=False):
             text, sequence = names[int(index)], int(value)
             if found.setdefault(text, sequence) != sequence:
-                raise ValueError(f"Expected one sequence for {text!r} in {root}, got two; collect put_bulb anew.")
+                raise LlakeyError(f"Expected one sequence for {text!r} in {root}, got two; collect put_bulb anew.")
     return found
 
 
@@ -69,6 +71,5 @@ def _link(source: str, target: str) -> None:
 
 
 def _replace(path: Path, table: pd.DataFrame) -> None:
-    fresh = path.with_suffix(".tmp")
-    table.to_parquet(fresh)
-    fresh.replace(path)
+    with replacing(path) as fresh:
+        table.to_parquet(fresh)

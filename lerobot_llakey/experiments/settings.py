@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import lerobot_llakey
+from lerobot_llakey.errors import LlakeyError, MissingFileError
 from lerobot_llakey.experiments.wordings import TESTS
 
 _FOLDER = "configs"
@@ -61,7 +62,7 @@ class DataSettings:
     def __post_init__(self) -> None:
         counts = (self.action_episodes, self.command_episodes, self.multi_sequence_episodes)
         if min(self.action_episodes, self.val_episodes) < 1 or max(self.action_episodes, counts[1]) > min(counts[1:]):
-            raise ValueError(
+            raise LlakeyError(
                 "Expected 1 <= action_episodes <= command_episodes <= multi_sequence_episodes and val_episodes >= 1, "
                 f"got {counts} and {self.val_episodes}; correct them."
             )
@@ -153,7 +154,7 @@ class AmbiguitySettings:
     def __post_init__(self) -> None:
         unknown = [test for test in self.tests if test not in TESTS]
         if unknown or not self.tests:
-            raise ValueError(f"Expected tests out of {', '.join(TESTS)}, got {self.tests}; correct them.")
+            raise LlakeyError(f"Expected tests out of {', '.join(TESTS)}, got {self.tests}; correct them.")
 
 
 def find_config(name: str, folders: Sequence[Path] | None = None) -> Path:
@@ -168,4 +169,4 @@ def find_config(name: str, folders: Sequence[Path] | None = None) -> Path:
         for path in (folder / given, folder / _FOLDER / given.name):
             if path.is_file():
                 return path
-    raise FileNotFoundError(f"Expected a YAML file, got {name}, where none was found; give its path.")
+    raise MissingFileError(f"Expected a YAML file, got {name}, where none was found; give its path.")

@@ -12,9 +12,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from lerobot_llakey.evaluation.protocol.settings import write_whole
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.experiments.rates import Rates
 from lerobot_llakey.experiments.training import Training
+from lerobot_llakey.files import write_whole
 
 MARKERS = "stages"
 
@@ -90,7 +91,7 @@ class Ledger:
         for name, marker in self.markers.items():
             changed = sorted(_changes(marker.settings, plain(self.stages[name].settings)))
             if changed:
-                raise ValueError(
+                raise LlakeyError(
                     f"Expected the settings with which the stage {name} was begun, got a change of "
                     f"{', '.join(changed)}; restore them, give another --output_dir, or do it anew with --redo={name}."
                 )
@@ -110,7 +111,7 @@ class Ledger:
         """
         for name in names:
             if name not in self.stages:
-                raise ValueError(f"Expected stages out of {', '.join(self.stages)}, got {name!r}; correct --redo.")
+                raise LlakeyError(f"Expected stages out of {', '.join(self.stages)}, got {name!r}; correct --redo.")
         forgotten: list[str] = []
         for name, stage in self.stages.items():
             if name in names or set(stage.needs) & set(forgotten):

@@ -20,6 +20,7 @@ from typing import Any
 import torch
 from tqdm import tqdm
 
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.experiments.stages import Clock
 from lerobot_llakey.experiments.training import Training
 
@@ -90,7 +91,7 @@ class _Run:
 
     def check(self) -> None:
         if self.process.exitcode or self.training.steps_saved() < self._steps:
-            raise RuntimeError(
+            raise LlakeyError(
                 f"Expected the training {self.training.name} to reach step {self._steps}, got exit status "
                 f"{self.process.exitcode} ({self.training.last_words()[-300:]}); see {self.training.log}."
             )

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.sim.tasks.put_bulb import LOOSE, SCREWED
 
 TASK_NAME = "put_bulb"
@@ -46,7 +47,7 @@ def reword(description: str, template: str) -> str:
     """
     found = _SKILL.fullmatch(description)
     if found is None:
-        raise ValueError(f"Expected a skill instruction like {PUT!r}, got {description!r}; only put_bulb has wordings.")
+        raise LlakeyError(f"Expected a skill instruction like {PUT!r}, got {description!r}; use put_bulb.")
     return template.format(**found.groupdict())
 
 

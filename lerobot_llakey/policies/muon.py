@@ -16,14 +16,20 @@ import torch
 from lerobot.optim import OptimizerConfig
 from torch import Tensor
 
+from lerobot_llakey.errors import LlakeyError
+from lerobot_llakey.policies.precision import resolve
+
 _COEFFICIENTS = (3.4445, -4.7750, 2.0315)
 """Of the Newton-Schulz polynomial: it lifts every singular value towards 1 in five rounds, some to 0.7 or 1.2."""
 _ROUNDS = 5
 
 
 def orthogonalised(matrix: Tensor) -> Tensor:
-    """A matrix (M, N) with the same singular vectors whose singular values are all near 1, in bfloat16."""
-    wide = matrix.to(torch.bfloat16)
+    """A matrix (M, N) with the same singular vectors whose singular values are all near 1.
+
+    In bfloat16, which is exact enough, where the device computes fast in it, in float32 elsewhere.
+    """
+    wide = matrix.to(resolve("auto", matrix.device))
     if matrix.shape[0] > matrix.shape[1]:
         wide = wide.T
     wide = wide / (wide.norm() + 1e-7)
@@ -55,7 +61,7 @@ class Muon(torch.optim.AdamW):
             group.setdefault("momentum", momentum)
             shapes = {tuple(value.shape) for value in group["params"] if group["muon"] and value.ndim < 2}
             if shapes:
-                raise ValueError(f"Expected matrices in a group marked for Muon, got {shapes}; leave these to AdamW.")
+                raise LlakeyError(f"Expected matrices in a group marked for Muon, got {shapes}; leave these to AdamW.")
 
     @overload
     def step(self, closure: None = None) -> None: ...

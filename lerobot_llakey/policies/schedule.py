@@ -13,6 +13,8 @@ from lerobot.optim.schedulers import LRSchedulerConfig
 from torch.optim import Optimizer
 from torch.optim.lr_scheduler import LambdaLR
 
+from lerobot_llakey.errors import LlakeyError
+
 
 @LRSchedulerConfig.register_subclass("warmup_stable_decay")
 @dataclass
@@ -32,7 +34,7 @@ class WarmupStableDecayConfig(LRSchedulerConfig):
 
     def __post_init__(self) -> None:
         if not 0 <= self.decay_share <= 1:
-            raise ValueError(f"Expected decay_share within 0..1, got {self.decay_share}; 0.25 is usual.")
+            raise LlakeyError(f"Expected decay_share within 0..1, got {self.decay_share}; 0.25 is usual.")
 
     def build(self, optimizer: Optimizer, num_training_steps: int) -> LambdaLR:
         """The schedule of an optimiser over a run of so many steps."""

@@ -12,6 +12,7 @@ from lerobot.envs.configs import EnvConfig
 from lerobot.envs.utils import _LazyAsyncVectorEnv, freeze_after_episode_end
 
 from lerobot_llakey import schema
+from lerobot_llakey.errors import LlakeyError
 
 SUITE = "llakey_sim"
 
@@ -53,16 +54,16 @@ class LlakeySimConfig(EnvConfig):
 
     def __post_init__(self) -> None:
         if self.max_parallel_tasks > 1:
-            raise ValueError(
+            raise LlakeyError(
                 f"Expected max_parallel_tasks=1, got {self.max_parallel_tasks}: the tasks would share "
                 "one policy's state between threads; raise eval.batch_size instead."
             )
         if self.split not in schema.SEED_RANGES:
-            raise ValueError(
+            raise LlakeyError(
                 f"Expected a split out of {sorted(schema.SEED_RANGES)}, got {self.split!r}; set env.split."
             )
         if self.image_size < 16 or self.episode_length < 1:
-            raise ValueError(
+            raise LlakeyError(
                 f"Expected image_size >= 16 and episode_length >= 1, got {self.image_size} and {self.episode_length}."
             )
         size = self.image_size

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.geometry import Pose
 from lerobot_llakey.sim.events import EVENTS, Event
 from lerobot_llakey.sim.imprecision import Imprecision
@@ -58,4 +59,4 @@ def check_disturbance(kind: str) -> None:
         ValueError: if the kind is unknown.
     """
     if kind and kind not in DISTURBANCES:
-        raise ValueError(f"Expected a disturbance out of {', '.join(DISTURBANCES)}, got {kind!r}; pick one of these.")
+        raise LlakeyError(f"Expected a disturbance out of {', '.join(DISTURBANCES)}, got {kind!r}; pick one of these.")

@@ -10,6 +10,7 @@ import numpy as np
 from gymnasium import spaces
 
 from lerobot_llakey import schema
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.geometry import Pose
 from lerobot_llakey.sim.cameras import RGBD, CameraRig
 from lerobot_llakey.sim.disturbances import check_disturbance
@@ -121,7 +122,7 @@ class LlakeySimEnv(gym.Env):
         """
         action = np.asarray(action, dtype=np.float64)
         if action.shape != (schema.ACTION_DIM,) or not np.isfinite(action).all():
-            raise ValueError(
+            raise LlakeyError(
                 f"Expected an action of {schema.ACTION_DIM} finite numbers ({', '.join(schema.ACTION_NAMES)}), "
                 f"got {action}; check the policy's output."
             )

@@ -6,6 +6,8 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
+from lerobot_llakey.errors import LlakeyError
+
 
 def revolve(profile: ArrayLike, sides: int = 24) -> tuple[np.ndarray, np.ndarray]:
     """A closed surface of revolution about z.
@@ -23,7 +25,7 @@ def revolve(profile: ArrayLike, sides: int = 24) -> tuple[np.ndarray, np.ndarray
     """
     outline = np.asarray(profile, dtype=np.float64)
     if outline.ndim != 2 or outline.shape[1] != 2 or len(outline) < 2 or outline[:, 0].min() < 0 or sides < 3:
-        raise ValueError(
+        raise LlakeyError(
             f"Expected a profile (N, 2) of N >= 2 radii >= 0 and heights, and 3 sides or more, got {outline.shape} "
             f"and {sides}; trace the outline upwards from the axis."
         )
@@ -60,12 +62,12 @@ def extrude(polygon: ArrayLike, height: float) -> tuple[np.ndarray, np.ndarray]:
     """
     outline = np.asarray(polygon, dtype=np.float64)
     if outline.ndim != 2 or outline.shape[1] != 2 or len(outline) < 3 or height <= 0:
-        raise ValueError(
+        raise LlakeyError(
             f"Expected a polygon (N, 2) of N >= 3 corners and a height above 0, got {outline.shape} and {height}."
         )
     after = np.roll(outline, -1, axis=0)
     if (outline[:, 0] * after[:, 1] - outline[:, 1] * after[:, 0] <= 0).any():
-        raise ValueError(
+        raise LlakeyError(
             "Expected corners counter-clockwise around an origin that sees every edge; move or reverse it."
         )
     count = len(outline)

@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 
 from lerobot_llakey import schema
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.geometry import canonical_quaternion
 from lerobot_llakey.keyframes import discover_keyframes
 from lerobot_llakey.labels import OPEN_ABOVE, Interruption, Labels, label
@@ -212,7 +213,7 @@ def render_frames(
         ValueError: if the world was reset for another scene since.
     """
     if world.seed != episode.seed or world.task.name != episode.task:
-        raise ValueError(
+        raise LlakeyError(
             f"Expected the world of {episode.task} seed {episode.seed}, got {world.task.name} seed {world.seed}; "
             "render before recording the next episode."
         )

@@ -8,6 +8,7 @@ from pathlib import PurePosixPath
 import mujoco
 import numpy as np
 
+from lerobot_llakey.errors import MissingFileError
 from lerobot_llakey.geometry import Pose
 from lerobot_llakey.sim.mujoco_poses import site_pose
 
@@ -44,7 +45,7 @@ def panda_spec(detailed: bool = False) -> mujoco.MjSpec:
     """
     path = resources.files("gym_hil") / "assets" / "panda.xml"
     if not path.is_file():
-        raise FileNotFoundError(f"Expected the Panda model of gym-hil at {path}, found none; reinstall gym-hil.")
+        raise MissingFileError(f"Expected the Panda model of gym-hil at {path}, found none; reinstall gym-hil.")
     spec = mujoco.MjSpec.from_file(str(path))
     for collection in (spec.equalities, spec.tendons, spec.excludes, spec.actuators, spec.keys, spec.sensors):
         for element in list(collection):

@@ -10,6 +10,7 @@ from contextlib import contextmanager
 import mujoco
 import numpy as np
 
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.geometry import Pose
 from lerobot_llakey.sim.disturbances import Disturbance, make_disturbance
 from lerobot_llakey.sim.kinematics import Kinematics
@@ -67,7 +68,7 @@ class World:
         """
         count = self.task.variations
         if variation is not None and not 0 <= variation < count:
-            raise ValueError(f"Expected a variation of {self.task.name} in [0, {count}), got {variation}; change it.")
+            raise LlakeyError(f"Expected a variation of {self.task.name} in [0, {count}), got {variation}; change it.")
         self.seed = seed
         self.rng = np.random.default_rng(seed)
         # The name as well: one seed stands for a scene of each task, and their events are not to strike in step.

@@ -13,6 +13,7 @@ from lerobot_llakey import schema
 from lerobot_llakey.datasets import collect_part
 from lerobot_llakey.datasets.collect import collect
 from lerobot_llakey.datasets.plan import ATTEMPTS, CollectSettings, Targets
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.sim.recorder import Episode, record
 from lerobot_llakey.sim.world import World
 
@@ -43,7 +44,7 @@ def test_an_expert_that_always_fails_is_named(
         return Episode(empty, empty, empty, [], [], False, False, "open_drawer", "", seed, variation, 0)
 
     monkeypatch.setattr(collect_part, "record", broken)
-    with pytest.raises(RuntimeError, match="expert of open_drawer to do variation 0"):
+    with pytest.raises(LlakeyError, match="expert of open_drawer to do variation 0"):
         collect(settings, targets, num_workers=1, progress=lambda *_: None)
 
 

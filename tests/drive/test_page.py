@@ -9,6 +9,7 @@ import pytest
 
 from lerobot_llakey.drive.page import build_page, open_page, require_gradio
 from lerobot_llakey.drive.session import Session
+from lerobot_llakey.errors import LlakeyError
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 PATIENCE = 120_000  # milliseconds; a busy machine must not fail the test
@@ -94,5 +95,5 @@ def test_without_gradio_one_sentence_says_what_to_install(session: Session, monk
 
     monkeypatch.setattr(importlib, "import_module", missing)
     for ask in (require_gradio, lambda: build_page(session)):
-        with pytest.raises(RuntimeError, match=r"pip install 'lerobot_policy_llakey\[drive\]', or add --terminal"):
+        with pytest.raises(LlakeyError, match=r"pip install 'lerobot_policy_llakey\[drive\]', or add --terminal"):
             ask()

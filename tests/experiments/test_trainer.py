@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from fakes import fake_keysteps
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.experiments.settings import TrainingSettings
 from lerobot_llakey.experiments.trainer import _Run, train_all
 from lerobot_llakey.experiments.training import Training
@@ -37,5 +38,5 @@ def test_an_ended_training_goes_on_and_a_failing_one_says_why(tmp_path: Path) ->
 
     wrong = replace(settings, arguments=[*SMALL, "--policy.views=[nowhere]"])
     broken = replace(training, settings=wrong, output_dir=tmp_path / "broken")
-    with pytest.raises(RuntimeError, match="Expected the training tiny to reach step 400, got exit status 1"):
+    with pytest.raises(LlakeyError, match="Expected the training tiny to reach step 400, got exit status 1"):
         train_all([broken], 1, lambda *_: None)

@@ -10,6 +10,7 @@ from lerobot.datasets.lerobot_dataset import LeRobotDataset
 from lerobot_llakey import schema
 from lerobot_llakey.datasets.balance import Balance
 from lerobot_llakey.datasets.parts import RECORD, read_record
+from lerobot_llakey.errors import LlakeyError
 
 _ONCE = Balance(keyframe_repeats=1)
 """The paper's samples, each counted once."""
@@ -24,7 +25,7 @@ def check_columns(dataset: LeRobotDataset) -> None:
     """
     missing = [key for key in _NEEDED if key not in dataset.features]
     if missing:
-        raise ValueError(
+        raise LlakeyError(
             f"Expected the columns {missing} in the dataset {dataset.repo_id}, got none; make one with `llakey "
             "keysteps` from demonstrations, or give your own recordings instructions with `llakey annotate`."
         )
@@ -45,7 +46,7 @@ def samples(dataset: LeRobotDataset, max_samples: int | None = None, seed: int =
         ValueError: if the number is below 1.
     """
     if max_samples is not None and max_samples < 1:
-        raise ValueError(f"Expected max_samples of 1 or more, got {max_samples}; leave it out for all.")
+        raise LlakeyError(f"Expected max_samples of 1 or more, got {max_samples}; leave it out for all.")
     episodes = _column(dataset, "episode_index")
     chosen: list[int] = []
     rng = np.random.default_rng(seed)

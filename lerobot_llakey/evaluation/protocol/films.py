@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.evaluation.film import Film
 from lerobot_llakey.evaluation.protocol.plan import Plan, Trial
 from lerobot_llakey.evaluation.protocol.records import Record
@@ -58,7 +59,7 @@ def make_film(plan: Plan, record: Record, path: Path, detailed: bool) -> Path:
         film, recorded = Film(env), record.episode
         again = run_episode(env, Replay(recorded.actions, recorded.instructions), recorded.seed, film.say)
         if (again.success, again.failures) != (recorded.success, recorded.failures):
-            raise RuntimeError(
+            raise LlakeyError(
                 f"Expected {len(recorded.actions)} actions to end as recorded (success: {recorded.success}), got "
                 f"success: {again.success} after {len(again.actions)}; replay with the simulator that recorded them."
             )

@@ -8,6 +8,7 @@ from pathlib import Path
 import draccus
 from huggingface_hub import snapshot_download
 
+from lerobot_llakey.errors import MissingFileError
 from lerobot_llakey.evaluation.protocol.rows import EXPERT, Row
 from lerobot_llakey.evaluation.rollout import Actor, Agent, Expert
 from lerobot_llakey.policies.hierarchy.configuration_llakey import LlakeyConfig
@@ -36,7 +37,7 @@ def fingerprint(row: Row) -> str:
     for path in row.paths:
         folder = _folder(path)
         if folder is None:
-            raise FileNotFoundError(f"Expected a checkpoint folder or a Hub name, got {path}; correct --rows.")
+            raise MissingFileError(f"Expected a checkpoint folder or a Hub name, got {path}; correct --rows.")
         for file in sorted(folder.rglob("*")):
             if file.is_file() and file.suffix != ".md":
                 digest.update(str(file.relative_to(folder)).encode())

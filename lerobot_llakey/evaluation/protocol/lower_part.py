@@ -16,9 +16,9 @@ from lerobot_llakey.evaluation.protocol import paper
 from lerobot_llakey.evaluation.protocol.loading import load_row
 from lerobot_llakey.evaluation.protocol.markdown import paper_rows
 from lerobot_llakey.evaluation.protocol.rows import Row
-from lerobot_llakey.evaluation.protocol.settings import write_whole
 from lerobot_llakey.evaluation.rollout import Agent
 from lerobot_llakey.evaluation.tables import markdown_table
+from lerobot_llakey.files import write_whole
 
 _FILE = "abilities.json"
 

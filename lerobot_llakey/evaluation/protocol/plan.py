@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from lerobot_llakey import schema
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.evaluation.protocol.rows import Row
 from lerobot_llakey.sim.disturbances import check_disturbance
 
@@ -73,7 +74,7 @@ class Plan:
     def __post_init__(self) -> None:
         counts = (self.num_episodes, self.repeats, self.max_steps)
         if min(counts) < 1:
-            raise ValueError(
+            raise LlakeyError(
                 f"Expected num_episodes, repeats and max_steps of 1 or more, got {counts[0]}, {counts[1]} and "
                 f"{counts[2]}; correct them."
             )

@@ -15,6 +15,7 @@ from lerobot_llakey.evaluation.protocol.plan import Plan
 from lerobot_llakey.evaluation.protocol.records import ACTION, COMMAND
 from lerobot_llakey.evaluation.protocol.rows import Row
 from lerobot_llakey.evaluation.protocol.summary import has_blame
+from lerobot_llakey.files import replacing
 
 COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#F0E442", "#7F7F7F")
 """Okabe and Ito's colours, which people with any colour vision tell apart."""
@@ -153,6 +154,5 @@ def _broken(name: str) -> str:
 
 
 def _save(figure: Figure, path: Path) -> None:
-    unfinished = path.with_name(f".{path.name}")
-    figure.savefig(unfinished, dpi=_DPI, format="png")
-    unfinished.replace(path)
+    with replacing(path) as unfinished:
+        figure.savefig(unfinished, dpi=_DPI, format="png")

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import fcntl
 import json
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.evaluation.protocol.plan import Trial
 from lerobot_llakey.evaluation.rollout import Episode
 
@@ -56,7 +55,7 @@ class Record:
                 content["seconds"],
             )
         except (KeyError, TypeError, ValueError) as error:
-            raise ValueError(f"Expected the record of an episode, got {line[:80]!r}; delete that line.") from error
+            raise LlakeyError(f"Expected the record of an episode, got {line[:80]!r}; delete that line.") from error
 
 
 class Records:
@@ -110,22 +109,3 @@ class Records:
         finally:
             os.close(file)
         self.records[record.trial.key] = record
-
-
-@contextmanager
-def alone_in(folder: Path) -> Iterator[None]:
-    """Keep other runs out of a folder; the system lifts this by itself when the process ends, however it ends.
-
-    Raises:
-        RuntimeError: if another run is in it.
-    """
-    folder.mkdir(parents=True, exist_ok=True)
-    with (folder / ".lock").open("w") as file:
-        try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError as error:
-            raise RuntimeError(
-                f"Expected no other run in {folder}, got one that is still going; wait for it or give another "
-                "--output_dir."
-            ) from error
-        yield

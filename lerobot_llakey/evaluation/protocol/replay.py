@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.evaluation.rollout import Actor
 from lerobot_llakey.sim.env import LlakeySimEnv
 
@@ -44,7 +45,7 @@ class Replay:
             self._step += 1
             return np.array(action, dtype=np.float32), instruction
         if self._successor is None:
-            raise RuntimeError(
+            raise LlakeyError(
                 f"Expected the episode of {env.task} to end after its {len(self._steps)} recorded actions, but it goes "
                 "on; replay it with the simulator that recorded it."
             )

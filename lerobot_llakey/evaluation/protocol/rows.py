@@ -9,6 +9,8 @@ from typing import Any
 
 import yaml
 
+from lerobot_llakey.errors import LlakeyError, MissingFileError
+
 EXPERT = "expert"
 """In place of a checkpoint: the scripted demonstrators."""
 
@@ -64,14 +66,14 @@ def read_rows(rows: str) -> list[Row]:
     if rows.endswith((".yaml", ".yml")):
         path = Path(rows)
         if not path.is_file():
-            raise FileNotFoundError(f"Expected a YAML file with the rows of the table, got {rows}; correct --rows.")
+            raise MissingFileError(f"Expected a YAML file with the rows of the table, got {rows}; correct --rows.")
         found = [_row(entry, rows) for entry in _entries(path)]
     else:
         found = [Row(name=_short(path), policy_path=path) for path in map(str.strip, rows.split(",")) if path]
     slugs = [row.slug for row in found]
     if not found or len(set(slugs)) < len(slugs):
         names = [row.name for row in found]
-        raise ValueError(f"Expected at least one row, each with a name of its own, got {names}; correct --rows.")
+        raise LlakeyError(f"Expected at least one row, each with a name of its own, got {names}; correct --rows.")
     return found
 
 
@@ -80,19 +82,19 @@ def _entries(path: Path) -> list[Any]:
         content = yaml.safe_load(path.read_text())
     except yaml.YAMLError as error:
         reason = " ".join(str(error).split())
-        raise ValueError(f"Expected YAML in {path}, got something else ({reason}); correct it.") from error
+        raise LlakeyError(f"Expected YAML in {path}, got something else ({reason}); correct it.") from error
     if not isinstance(content, list):
-        raise ValueError(f"Expected a list of rows in {path}, got {type(content).__name__}; begin each with '- name:'.")
+        raise LlakeyError(f"Expected a list of rows in {path}, got {type(content).__name__}; begin each with - name:.")
     return content
 
 
 def _row(entry: Any, origin: str) -> Row:
     known = [part.name for part in fields(Row)]
     if not isinstance(entry, dict) or not entry.get("name") or set(entry) - set(known):
-        raise ValueError(f"Expected a row with a name and fields out of {', '.join(known)} in {origin}, got {entry}.")
+        raise LlakeyError(f"Expected a row with a name and fields out of {', '.join(known)} in {origin}, got {entry}.")
     row = Row(**{**entry, "views": tuple(entry.get("views") or ()), "overrides": entry.get("overrides") or {}})
     if not (row.policy_path or row.action_path):
-        raise ValueError(
+        raise LlakeyError(
             f"Expected a policy_path or an action_path in the row {row.name!r} of {origin}, got neither; add one."
         )
     return row

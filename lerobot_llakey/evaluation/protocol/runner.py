@@ -9,6 +9,7 @@ from pathlib import Path
 
 from tqdm import tqdm
 
+from lerobot_llakey.errors import LlakeyError, MissingFileError
 from lerobot_llakey.evaluation.protocol.films import choose, film_path, make_film
 from lerobot_llakey.evaluation.protocol.loading import why_missing
 from lerobot_llakey.evaluation.protocol.plan import Plan
@@ -43,7 +44,7 @@ def runnable(rows: Sequence[Row]) -> Runnable:
     found = [row for row in rows if row.name not in missing]
     if not found:
         reasons = "; ".join(f"{name}: {reason}" for name, reason in missing.items())
-        raise FileNotFoundError(f"Expected at least one row with a checkpoint, got none ({reasons}); correct --rows.")
+        raise MissingFileError(f"Expected at least one row with a checkpoint, got none ({reasons}); correct --rows.")
     return Runnable(found, missing)
 
 
@@ -71,7 +72,7 @@ def run_missing(plan: Plan, rows: Sequence[Row], records: Records, num_workers: 
                 progress.set_postfix(row=record.trial.row, solved=f"{solved}/{len(records)}", refresh=False)
                 progress.update()
         except BrokenProcessPool as error:
-            raise RuntimeError(
+            raise LlakeyError(
                 "Expected the processes to live until their episodes are done, got one killed, perhaps for want of "
                 "memory; start again with a smaller --num_workers, what is done is kept."
             ) from error

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.evaluation.protocol.loading import fingerprint
 from lerobot_llakey.evaluation.protocol.plan import Plan
 from lerobot_llakey.evaluation.protocol.rows import Row
+from lerobot_llakey.files import write_whole
 
 _FILE = "settings.json"
 
@@ -41,7 +42,7 @@ def claim(folder: Path, settings: dict[str, Any]) -> None:
     if path.exists():
         changed = changes(json.loads(path.read_text()), settings)
         if changed:
-            raise ValueError(
+            raise LlakeyError(
                 f"Expected the settings with which the table in {folder} was begun, got a change of "
                 f"{', '.join(changed)}; restore them or give another --output_dir."
             )
@@ -59,13 +60,3 @@ def changes(begun: Mapping[str, Any], settings: Mapping[str, Any]) -> list[str]:
             before["weights"] = now["weights"]
         found += [f"{part} of the row {name!r}" for part in now if before.get(part) != now[part]]
     return found
-
-
-def write_whole(path: Path, content: str) -> None:
-    """Write a text file as a whole or not at all."""
-    unfinished = path.with_name(f".{path.name}")
-    with unfinished.open("w") as file:
-        file.write(content)
-        file.flush()
-        os.fsync(file.fileno())
-    unfinished.replace(path)

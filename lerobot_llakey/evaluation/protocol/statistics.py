@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from statistics import NormalDist, fmean, stdev
 
+from lerobot_llakey.errors import LlakeyError
+
 _FEWEST_TO_DROP_FROM = 3
 
 
@@ -20,7 +22,7 @@ def trimmed_mean(values: Sequence[float]) -> float:
         ValueError: if there are none.
     """
     if not values:
-        raise ValueError("Expected the figures of at least one repeat, got none.")
+        raise LlakeyError("Expected the figures of at least one repeat, got none.")
     return fmean(kept(values))
 
 

@@ -11,6 +11,7 @@ import torch
 from lerobot.utils.random_utils import set_seed
 
 from lerobot_llakey import schema
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.evaluation.protocol.blame import find_blame
 from lerobot_llakey.evaluation.protocol.loading import load_row
 from lerobot_llakey.evaluation.protocol.plan import Plan, Trial
@@ -96,10 +97,9 @@ def named(trial: Trial) -> Iterator[None]:
     """Say in which episode an error came up."""
     try:
         yield
+    except LlakeyError as error:
+        raise LlakeyError(f"{error} It came up in {trial}.") from error
     except Exception as error:
-        if str(error).startswith("Expected "):
-            kind = type(error) if type(error) in (ValueError, FileNotFoundError) else RuntimeError
-            raise kind(f"{error} It came up in {trial}.") from error
         raise RuntimeError(f"{type(error).__name__} in {trial}: {error}") from error
 
 

@@ -9,9 +9,11 @@ from lerobot.configs.types import FeatureType, NormalizationMode, PolicyFeature
 from lerobot.optim import AdamWConfig
 
 from lerobot_llakey import schema
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.action.views.renderer import VIEWS
 from lerobot_llakey.policies.keyframe_config import KeyframePolicyConfig
 from lerobot_llakey.policies.muon import MuonConfig
+from lerobot_llakey.policies.precision import PRECISIONS
 
 CHOICES: dict[str, tuple[object, ...]] = {
     "design": ("small", "rvt", "rvt2"),
@@ -20,7 +22,7 @@ CHOICES: dict[str, tuple[object, ...]] = {
     "instruction_source": ("instruction", "oracle"),
     "proprioception": ("pose", "position", "gripper"),
     "rotation": ("bins", "bins_in_turn", "sixd"),
-    "dtype": ("bfloat16", "float32"),
+    "dtype": PRECISIONS,
 }
 """What a setting may be."""
 FRAMES = ("view", "hand", "base")
@@ -71,7 +73,8 @@ class LlakeyActionConfig(KeyframePolicyConfig):
         weight_key: batch key of optional sample weights (B,) or (B, 1); must start with "observation." to get through
             LeRobot's processors.
         paraphrase_probability: share of training texts that are replaced by a synonym.
-        dtype: autocast type, "bfloat16" or "float32"; weights stay in float32.
+        dtype: precision of the computations: "bfloat16", "float32", or "auto" for the one that is fast on the device;
+            weights stay in float32.
         muon: train the hidden matrices and kernels with Muon rather than with AdamW, see :mod:`muon`.
     """
 
@@ -128,7 +131,7 @@ class LlakeyActionConfig(KeyframePolicyConfig):
     collision_weight: float = 1.0
     weight_key: str = schema.SAMPLE_WEIGHT
     paraphrase_probability: float = 0.1
-    dtype: str = "bfloat16"
+    dtype: str = "auto"
 
     muon: bool = True
     optimizer_lr: float = 1.5e-3
@@ -140,35 +143,35 @@ class LlakeyActionConfig(KeyframePolicyConfig):
         super().__post_init__()
         for name, choices in CHOICES.items():
             if (value := getattr(self, name)) not in choices:
-                raise ValueError(
+                raise LlakeyError(
                     f"Expected {name} out of {', '.join(map(repr, choices))}, got {value!r}; pick one of these."
                 )
         if self.turn_blur < 0:
-            raise ValueError(f"Expected turn_blur of 0 degrees or more, got {self.turn_blur}; correct it.")
+            raise LlakeyError(f"Expected turn_blur of 0 degrees or more, got {self.turn_blur}; correct it.")
         for name in ("point_dropout", "colour_jitter"):
             if not 0 <= (share := getattr(self, name)) < 1:
-                raise ValueError(f"Expected {name} from 0 up to but not including 1, got {share}; correct it.")
+                raise LlakeyError(f"Expected {name} from 0 up to but not including 1, got {share}; correct it.")
         step = 16 if self.design == "small" else self.patch_size
         if self.view_size % step:
-            raise ValueError(
+            raise LlakeyError(
                 f"Expected view_size to be a multiple of {step} for design {self.design!r}, got {self.view_size}; try "
                 f"{max(round(self.view_size / step), 1) * step}."
             )
         if self.design != "small" and self.token_width % self.transformer_heads:
-            raise ValueError(
+            raise LlakeyError(
                 f"Expected transformer_heads that divide token_width, got {self.transformer_heads} and "
                 f"{self.token_width}; try 8 and 512."
             )
         if not self.rotation_frames or not set(self.rotation_frames) <= set(FRAMES):
-            raise ValueError(
+            raise LlakeyError(
                 f"Expected rotation_frames out of {', '.join(FRAMES)}, got {self.rotation_frames}; pick one or more."
             )
         if unknown := [name for name in self.views if name not in VIEWS]:
-            raise ValueError(f"Expected views out of {', '.join(VIEWS)}, got {', '.join(unknown)}; pick some of these.")
+            raise LlakeyError(f"Expected views out of {', '.join(VIEWS)}, got {', '.join(unknown)}; pick some.")
         if {axis for name in self.views for axis in VIEWS[name][:2]} != {0, 1, 2}:
-            raise ValueError(f"Expected views that show x, y and z, got {', '.join(self.views)}; add another view.")
+            raise LlakeyError(f"Expected views that show x, y and z, got {', '.join(self.views)}; add another view.")
         if len(self.workspace) != 3 or any(len(bounds) != 2 or bounds[0] >= bounds[1] for bounds in self.workspace):
-            raise ValueError(
+            raise LlakeyError(
                 f"Expected workspace as three (low, high) pairs in metres, got {self.workspace}; correct it."
             )
 
@@ -197,24 +200,24 @@ class LlakeyActionConfig(KeyframePolicyConfig):
         inputs: dict[str, PolicyFeature] = self.input_features or {}
         missing = [key for key in self.required_features() if key not in inputs]
         if missing == [schema.STEP]:
-            raise ValueError(
+            raise LlakeyError(
                 f"Expected the column {schema.STEP} (keyframe actions taken so far) for policy.use_timestep, got none; "
                 "annotate the dataset anew or set policy.use_timestep=false."
             )
         if missing:
-            raise ValueError(
+            raise LlakeyError(
                 f"Expected the features {', '.join(missing)} for the cameras {', '.join(self.cameras)}, got only "
                 f"{', '.join(sorted(inputs)) or 'none'}; use a dataset with RGB-D cameras or set policy.cameras."
             )
         count, stacked = len(self.cameras), inputs[schema.INTRINSICS].shape[0]
         if stacked != count:
-            raise ValueError(
+            raise LlakeyError(
                 f"Expected {schema.INTRINSICS} of {count} cameras ({', '.join(self.cameras)}), got {stacked}; set "
                 "policy.cameras to the dataset's cameras in the order of its calibration."
             )
         action = self.action_feature
         if action is not None and tuple(action.shape) != (schema.ACTION_DIM,):
-            raise ValueError(
+            raise LlakeyError(
                 f"Expected actions of {schema.ACTION_DIM} numbers ({', '.join(schema.ACTION_NAMES)}), got shape "
                 f"{tuple(action.shape)}; use a keysteps dataset."
             )
@@ -232,7 +235,7 @@ class LlakeyActionConfig(KeyframePolicyConfig):
             ValueError: if the policy is conditioned on instructions and the dataset has none.
         """
         if self.condition_on != "task" and schema.INSTRUCTION not in features:
-            raise ValueError(
+            raise LlakeyError(
                 f"Expected the column {schema.INSTRUCTION}, got a dataset without instruction columns; annotate it or "
                 "train with policy.condition_on=task."
             )

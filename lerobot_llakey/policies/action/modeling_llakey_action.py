@@ -37,6 +37,7 @@ from lerobot_llakey.policies.action.stage import Stage
 from lerobot_llakey.policies.action.text.conditioning import read_texts, reworded
 from lerobot_llakey.policies.action.text.word_encoder import QueryPool, TextRoles
 from lerobot_llakey.policies.action.views.scene import Scene
+from lerobot_llakey.policies.precision import autocast
 
 CONDITION = 128
 
@@ -176,8 +177,7 @@ class LlakeyActionPolicy(PreTrainedPolicy):
         return torch.cat((position, self.pose.quaternion(pose), flags.to(position)), dim=-1)
 
     def _autocast(self) -> torch.autocast:
-        enabled = self.config.dtype == "bfloat16"
-        return torch.autocast(self.workspace.device.type, dtype=torch.bfloat16, enabled=enabled)
+        return autocast(self.config.dtype, self.workspace.device)
 
     def _to_unit(self, position: Tensor) -> Tensor:
         return (position - self.workspace[:, 0]) / (self.workspace[:, 1] - self.workspace[:, 0])

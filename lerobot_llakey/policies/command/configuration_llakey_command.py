@@ -9,11 +9,13 @@ from lerobot.configs import FeatureType, NormalizationMode, PolicyFeature, PreTr
 from lerobot.optim import AdamWConfig
 
 from lerobot_llakey import schema
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.command.chat.settings import ChatSettings
 from lerobot_llakey.policies.command.holding import MOVING_ABOVE
 from lerobot_llakey.policies.command.pretrained.settings import PretrainedModelSettings
 from lerobot_llakey.policies.keyframe_config import KeyframePolicyConfig
 from lerobot_llakey.policies.muon import MuonConfig
+from lerobot_llakey.policies.precision import PRECISIONS
 
 
 @PreTrainedConfig.register_subclass("llakey_command")
@@ -42,7 +44,8 @@ class LlakeyCommandConfig(PretrainedModelSettings, KeyframePolicyConfig):
         text_width, text_layers, text_heads: the small Llama language model.
         auxiliary_weight: weight of a training aid for the small model, which also regresses where the gripper is and
             where the next keyframe is from the state and the action of each sample. Not in the paper; 0 leaves it out.
-        dtype: precision of the computations: "bfloat16" or "float32".
+        dtype: precision of the computations: "bfloat16", "float32", or "auto" for bfloat16 where the weights are or the
+            device is fast in it, float32 elsewhere.
         target: what is answered: "instruction" is the paper's method; "action" is its attempt at direct actions after
             RT-2: the next keyframe's pose as numbers, from the task and the images alone, so that the policy acts by
             itself.
@@ -83,7 +86,7 @@ class LlakeyCommandConfig(PretrainedModelSettings, KeyframePolicyConfig):
 
     auxiliary_weight: float = 0.5
 
-    dtype: str = "bfloat16"
+    dtype: str = "auto"
     target: str = "instruction"
     action_bins: int = 256
     workspace: list[list[float]] = field(default_factory=lambda: [list(bounds) for bounds in schema.WORKSPACE])
@@ -112,35 +115,35 @@ class LlakeyCommandConfig(PretrainedModelSettings, KeyframePolicyConfig):
     def __post_init__(self) -> None:
         super().__post_init__()
         if not self.views:
-            raise ValueError("Expected at least one camera in `views`, got none; give for example '[front]'.")
+            raise LlakeyError("Expected at least one camera in `views`, got none; give for example '[front]'.")
         if self.history not in (0, 1):
-            raise ValueError(f"Expected `history` to be 0 or 1, got {self.history}; only one instruction is kept.")
+            raise LlakeyError(f"Expected `history` to be 0 or 1, got {self.history}; only one instruction is kept.")
         if self.proprioception not in ("none", "pose"):
-            raise ValueError(
+            raise LlakeyError(
                 f"Expected `proprioception` none or pose, got {self.proprioception!r}; choose one of them."
             )
         if self.backend not in ("local", "chat"):
-            raise ValueError(f"Expected `backend` local or chat, got {self.backend!r}; choose one of them.")
-        if self.dtype not in ("bfloat16", "float32"):
-            raise ValueError(f"Expected `dtype` bfloat16 or float32, got {self.dtype!r}; choose one of them.")
+            raise LlakeyError(f"Expected `backend` local or chat, got {self.backend!r}; choose one of them.")
+        if self.dtype not in PRECISIONS:
+            raise LlakeyError(f"Expected `dtype` out of {', '.join(PRECISIONS)}, got {self.dtype!r}; choose one.")
         if self.target not in ("instruction", "action"):
-            raise ValueError(f"Expected `target` instruction or action, got {self.target!r}; choose one of them.")
+            raise LlakeyError(f"Expected `target` instruction or action, got {self.target!r}; choose one of them.")
         if self.target == "action" and (self.backend == "chat" or not self.constrain):
-            raise ValueError(
+            raise LlakeyError(
                 "Expected backend=local and constrain=true with target=action, got others; only then every answer is a "
                 "pose."
             )
         if self.hold_above is not None and self.hold_above <= 0:
-            raise ValueError(
+            raise LlakeyError(
                 f"Expected `hold_above` above 0 radians a second, got {self.hold_above}; null asks about every frame."
             )
         self.check_model_settings()
         if self.dtype == "float32" and self.weights_dtype != "float32":
-            raise ValueError(
-                f"Expected float32 weights with dtype=float32, got {self.weights_dtype} weights; set dtype=bfloat16."
+            raise LlakeyError(
+                f"Expected float32 weights with dtype=float32, got {self.weights_dtype} weights; set dtype=auto."
             )
         if self.image_size % self.patch_size:
-            raise ValueError(
+            raise LlakeyError(
                 f"Expected `image_size` to be a multiple of `patch_size`, got {self.image_size} and {self.patch_size}; "
                 "change one of them."
             )
@@ -164,7 +167,7 @@ class LlakeyCommandConfig(PretrainedModelSettings, KeyframePolicyConfig):
         visual = {key for key, feature in (self.input_features or {}).items() if feature.type is FeatureType.VISUAL}
         missing = [key for key in self.image_keys if key not in visual]
         if missing:
-            raise ValueError(
+            raise LlakeyError(
                 f"Expected the images {self.image_keys} among the input features, got {sorted(visual)} without "
                 f"{missing}; set `views` to cameras that are there."
             )

@@ -10,6 +10,7 @@ from torch import Tensor
 from torch.nn import functional
 
 from lerobot_llakey import schema
+from lerobot_llakey.errors import LlakeyError
 
 
 def stack_views(batch: Mapping[str, Any], keys: Sequence[str]) -> Tensor:
@@ -21,11 +22,11 @@ def stack_views(batch: Mapping[str, Any], keys: Sequence[str]) -> Tensor:
     missing = [key for key in keys if key not in batch]
     if missing:
         there = sorted(key for key in batch if key.startswith(schema.image_key("")))
-        raise ValueError(f"Expected the images {list(keys)} in the batch, got {there} without {missing}; add them.")
+        raise LlakeyError(f"Expected the images {list(keys)} in the batch, got {there} without {missing}; add them.")
     images = [batch[key] for key in keys]
     for key, image in zip(keys, images, strict=True):
         if image.ndim != 4 or image.shape[1] != 3:
-            raise ValueError(f"Expected {key} of shape (B, 3, H, W), got {tuple(image.shape)}; batch single images.")
+            raise LlakeyError(f"Expected {key} of shape (B, 3, H, W), got {tuple(image.shape)}; batch single images.")
     size = images[0].shape[-2:]
     return torch.stack([image if image.shape[-2:] == size else resize(image, tuple(size)) for image in images], dim=1)
 

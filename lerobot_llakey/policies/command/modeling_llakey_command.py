@@ -18,6 +18,7 @@ from torch import Tensor
 from torch.nn import functional
 
 from lerobot_llakey import instructions, schema
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.command.chat.backend import ChatBackend
 from lerobot_llakey.policies.command.checkpoints import CommandCheckpoints
 from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
@@ -39,6 +40,7 @@ from lerobot_llakey.policies.command.targets.action import ActionTarget
 from lerobot_llakey.policies.command.targets.make import make_target
 from lerobot_llakey.policies.command.texts import text_column
 from lerobot_llakey.policies.command.vocabulary import dataset_instructions, dataset_tasks
+from lerobot_llakey.policies.precision import autocast
 
 
 class LlakeyCommandPolicy(CommandCheckpoints, TakesAdapters, PreTrainedPolicy):
@@ -182,7 +184,7 @@ class LlakeyCommandPolicy(CommandCheckpoints, TakesAdapters, PreTrainedPolicy):
                 act.
         """
         if self.config.target != "instruction":
-            raise ValueError(
+            raise LlakeyError(
                 "Expected a command policy that names instructions, got one with target=action, which acts by itself; "
                 "give a checkpoint with target=instruction."
             )
@@ -244,7 +246,7 @@ class LlakeyCommandPolicy(CommandCheckpoints, TakesAdapters, PreTrainedPolicy):
     def _require_weights(self) -> None:
         """Refuse to train a hosted model."""
         if self.chat is not None:
-            raise ValueError(
+            raise LlakeyError(
                 "Expected a policy with weights to train, got backend=chat, which only asks a hosted model; use "
                 "backend=local, or train_command=false where an action policy is trained beside it."
             )
@@ -256,5 +258,6 @@ class LlakeyCommandPolicy(CommandCheckpoints, TakesAdapters, PreTrainedPolicy):
         return instructions.paraphrase(text, self._rng)
 
     def _autocast(self, device: torch.device) -> torch.autocast:
-        dtype = getattr(torch, self.config.dtype)
-        return torch.autocast(device.type, dtype=torch.bfloat16, enabled=dtype is not torch.float32)
+        config = self.config
+        # Weights in bfloat16 do not multiply with numbers in float32.
+        return autocast("bfloat16" if config.weights_dtype == "bfloat16" else config.dtype, device)

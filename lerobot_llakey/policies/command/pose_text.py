@@ -16,6 +16,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from lerobot_llakey import schema
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.geometry import DOWN, canonical_quaternion
 
 DIGITS = 3
@@ -42,9 +43,9 @@ class PoseText:
 
     def __post_init__(self) -> None:
         if not 2 <= self.bins <= 10**DIGITS:
-            raise ValueError(f"Expected `action_bins` from 2 to {10**DIGITS}, got {self.bins}; 256 is RT-2's number.")
+            raise LlakeyError(f"Expected `action_bins` from 2 to {10**DIGITS}, got {self.bins}; 256 is RT-2's number.")
         if len(self.workspace) != 3 or any(len(pair) != 2 or pair[0] >= pair[1] for pair in self.workspace):
-            raise ValueError(
+            raise LlakeyError(
                 f"Expected `workspace` as three (low, high) pairs in metres, got {self.workspace}; correct it."
             )
 
@@ -90,7 +91,7 @@ class PoseText:
         numbers = [int(word) for word in words if word.isdecimal()]
         legal = all(number < size for number, size in zip(numbers, self.sizes, strict=False))
         if not len(words) == len(numbers) == len(self.sizes) or not legal:
-            raise ValueError(
+            raise LlakeyError(
                 f"Expected {len(self.sizes)} numbers below {self.sizes}, got {text!r}; keep constrain=true, which "
                 "allows no others."
             )

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from lerobot_llakey import schema
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
 from lerobot_llakey.policies.command.pose_text import PoseText
 from lerobot_llakey.policies.command.prompt import Prompt
@@ -42,7 +43,7 @@ def read_prompts(
 def _states(batch: Mapping[str, Any], config: LlakeyCommandConfig) -> list[str]:
     """The robot's state of each row, as numbers."""
     if schema.STATE not in batch:
-        raise ValueError(
+        raise LlakeyError(
             f"Expected {schema.STATE!r} in the batch for proprioception=pose, got {sorted(batch)}; use a dataset or an "
             "environment that has it."
         )

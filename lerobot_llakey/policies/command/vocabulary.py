@@ -10,6 +10,7 @@ import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from lerobot_llakey import schema
+from lerobot_llakey.errors import LlakeyError
 
 
 def dataset_tasks(dataset_meta: Any) -> list[str]:
@@ -31,7 +32,7 @@ def dataset_instructions(dataset_meta: Any) -> list[str]:
         ValueError: if the dataset has no ``observation.instruction`` column.
     """
     if schema.INSTRUCTION not in dataset_meta.features:
-        raise ValueError(
+        raise LlakeyError(
             f"Expected a dataset with the column {schema.INSTRUCTION!r}, got {dataset_meta.repo_id!r} without it; "
             "make one with `llakey keysteps`."
         )

@@ -10,6 +10,7 @@ from huggingface_hub.constants import SAFETENSORS_SINGLE_FILE
 from safetensors import safe_open
 from safetensors.torch import save_file
 
+from lerobot_llakey.errors import LlakeyError, MissingFileError
 from lerobot_llakey.policies.action.processor_llakey_action import make_llakey_action_pre_post_processors
 from lerobot_llakey.policies.command.processor_llakey_command import make_llakey_command_pre_post_processors
 from lerobot_llakey.policies.hierarchy.configuration_llakey import LlakeyConfig
@@ -65,10 +66,10 @@ def split(policy_path: str | Path, output_dir: str | Path, half: bool = False) -
     """
     # Without the check, a folder that is not there would be looked for on the Hub.
     if not Path(policy_path).exists() and str(policy_path).count("/") != 1:
-        raise FileNotFoundError(f"Expected a checkpoint folder or a Hub name, got {policy_path}; correct policy_path.")
+        raise MissingFileError(f"Expected a checkpoint folder or a Hub name, got {policy_path}; correct policy_path.")
     policy = LlakeyPolicy.from_pretrained(policy_path)
     if policy.command is None:
-        raise ValueError(
+        raise LlakeyError(
             f"Expected a checkpoint with a command policy at {policy_path}, got one whose commander is "
             f"{policy.config.commander!r}; it holds an action policy alone."
         )

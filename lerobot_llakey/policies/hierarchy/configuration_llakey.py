@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from lerobot.configs import FeatureType, NormalizationMode, PreTrainedConfig
 
 from lerobot_llakey import instructions
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.action.configuration_llakey_action import LlakeyActionConfig
 from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
 from lerobot_llakey.policies.keyframe_config import KeyframePolicyConfig
@@ -86,26 +87,26 @@ class LlakeyConfig(KeyframePolicyConfig):
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.commander not in COMMANDERS:
-            raise ValueError(f"Expected a commander out of {COMMANDERS}, got {self.commander!r}; pick one of these.")
+            raise LlakeyError(f"Expected a commander out of {COMMANDERS}, got {self.commander!r}; pick one of these.")
         if self.repeat_threshold < 0 or self.random_move_radius < 0 or not 0 <= self.random_move_probability <= 1:
-            raise ValueError(
+            raise LlakeyError(
                 "Expected repeat_threshold >= 0, random_move_radius >= 0 and random_move_probability in [0, 1], got "
                 f"{self.repeat_threshold}, {self.random_move_radius} and {self.random_move_probability}; correct them."
             )
         if self.ask_again_attempts < 1 or self.ask_again_temperature <= 0:
-            raise ValueError(
+            raise LlakeyError(
                 "Expected ask_again_attempts >= 1 and ask_again_temperature > 0, got "
                 f"{self.ask_again_attempts} and {self.ask_again_temperature}; correct them."
             )
         if min(self.still_distance, self.still_degrees) < 0:
-            raise ValueError(
+            raise LlakeyError(
                 "Expected still_distance >= 0 and still_degrees >= 0, got "
                 f"{self.still_distance} and {self.still_degrees}; correct them."
             )
         if self.commander == "list" and not self.instructions:
-            raise ValueError("Expected at least one instruction for commander='list', got none; set instructions.")
+            raise LlakeyError("Expected at least one instruction for commander='list', got none; set instructions.")
         if not (self.train_action or (self.train_command and self.commander == "policy")):
-            raise ValueError(
+            raise LlakeyError(
                 "Expected at least one part to train, got none; set train_command or train_action to true."
             )
         for text in (self.fallback_instruction, *self.instructions):

@@ -9,6 +9,7 @@ from typing import Any, cast
 import numpy as np
 
 from lerobot_llakey import schema
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.hierarchy.asking import ask_again
 from lerobot_llakey.policies.hierarchy.commanders.commander import Commander, Said
 from lerobot_llakey.policies.hierarchy.configuration_llakey import LlakeyConfig
@@ -56,7 +57,7 @@ class Loop:
             ValueError: if the state is missing, or the number of rows or the thread changed without a reset.
         """
         if schema.STATE not in batch:
-            raise ValueError(
+            raise LlakeyError(
                 f"Expected {schema.STATE!r} in the batch, got {sorted(batch)}; use an environment that has it."
             )
         states = _array(batch[schema.STATE])
@@ -114,12 +115,12 @@ class Loop:
             self.supervisors = [Supervisor(settings, rng) for rng in rngs]
             self.log.begin(keys, self.config.seed)
         if self._thread != threading.get_ident():
-            raise ValueError(
+            raise LlakeyError(
                 "Expected all steps of an episode from one thread, got one from another thread: the policy remembers "
                 "its episodes; set --env.max_parallel_tasks=1 and raise --eval.batch_size in place of it."
             )
         if len(self.supervisors) != rows:
-            raise ValueError(
+            raise LlakeyError(
                 f"Expected a batch of {len(self.supervisors)} rows as in the step before, got {rows}; call reset() "
                 "between episodes."
             )

@@ -9,6 +9,8 @@ from typing import Any
 
 from huggingface_hub import ModelCard
 
+from lerobot_llakey.errors import LlakeyError, MissingFileError
+
 RESULTS_FILE = "results.json"
 """Name of an evaluation's figures, in the folder of the evaluation or of a checkpoint."""
 
@@ -36,7 +38,7 @@ def results_table(results: Any) -> str:
             return str(results["markdown"]).strip()
         return _table_of_rows(results["rows"]) if "rows" in results else _table_of_episodes(results["episodes"])
     except (KeyError, TypeError, AttributeError, ZeroDivisionError) as error:
-        raise ValueError(
+        raise LlakeyError(
             "Expected results with a table under 'markdown', rows with 'tasks' and 'average' under 'rows', or episodes "
             "with 'task' and 'success' under 'episodes', got none of them; give the results.json of an evaluation."
         ) from error
@@ -75,11 +77,11 @@ def read_results(path: str | Path) -> str:
     """
     file = Path(path) / RESULTS_FILE if Path(path).is_dir() else Path(path)
     if not file.is_file():
-        raise FileNotFoundError(f"Expected the results of an evaluation at {file}, got nothing; correct results_path.")
+        raise MissingFileError(f"Expected the results of an evaluation at {file}, got nothing; correct results_path.")
     try:
         return results_table(json.loads(file.read_text(encoding="utf-8")))
     except ValueError as error:
-        raise ValueError(f"{file}: {error}") from error
+        raise LlakeyError(f"{file}: {error}") from error
 
 
 def known_results(path: str | None, folder: Path | None) -> str | None:

@@ -14,6 +14,7 @@ from safetensors.torch import load_model
 from torch import Tensor
 
 from lerobot_llakey import schema
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.action.modeling_llakey_action import LlakeyActionPolicy
 from lerobot_llakey.policies.command.modeling_llakey_command import LlakeyCommandPolicy
 from lerobot_llakey.policies.command.pretrained.loading import ASSETS, save_assets
@@ -114,7 +115,7 @@ class LlakeyPolicy(PublishedPolicy):
         # The given settings may be of the right type while the weights are not: both count.
         kinds = {saved_config.type, config.type} - {cls.name}
         if kinds or not isinstance(config, LlakeyConfig):
-            raise ValueError(
+            raise LlakeyError(
                 f"Expected a checkpoint of type 'llakey' at {pretrained_name_or_path}, got one of type "
                 f"{min(kinds)!r}: a checkpoint of another kind; a part goes in command_path or action_path."
             )
@@ -136,7 +137,7 @@ class LlakeyPolicy(PublishedPolicy):
                 model, model_file, strict=False, device=resolve_safetensors_device(map_location)
             )
         except RuntimeError as error:
-            raise ValueError(
+            raise LlakeyError(
                 f"Expected weights that fit the settings, got a checkpoint of another kind in {model_file} "
                 f"({str(error).splitlines()[-1].strip()}); give a checkpoint saved with these settings."
             ) from error

@@ -10,6 +10,8 @@ from huggingface_hub.errors import HFValidationError
 from lerobot.configs import PreTrainedConfig
 from lerobot.policies.pretrained import PreTrainedPolicy
 
+from lerobot_llakey.errors import LlakeyError, MissingFileError
+
 
 def load_part[P: PreTrainedPolicy](policy_class: type[P], path: str | Path, device: str | None) -> P:
     """A trained part from a Hub name or a folder.
@@ -26,12 +28,12 @@ def load_part[P: PreTrainedPolicy](policy_class: type[P], path: str | Path, devi
     try:
         config = PreTrainedConfig.from_pretrained(path)
     except (OSError, HFValidationError) as error:
-        raise FileNotFoundError(
+        raise MissingFileError(
             f"Expected a folder or Hub name of a {policy_class.name!r} checkpoint, got {str(path)!r}, where none was "
             "found; check the path."
         ) from error
     if not isinstance(config, policy_class.config_class):
-        raise ValueError(
+        raise LlakeyError(
             f"Expected a checkpoint of type {policy_class.name!r} at {path}, got one of type {config.type!r}: a "
             "checkpoint of another kind; give the path of the right one."
         )
@@ -39,7 +41,7 @@ def load_part[P: PreTrainedPolicy](policy_class: type[P], path: str | Path, devi
     try:
         return policy_class.from_pretrained(path, config=config, strict=True)
     except RuntimeError as error:
-        raise ValueError(
+        raise LlakeyError(
             f"Expected weights that fit the settings of the {policy_class.name!r} checkpoint at {path}, got a "
             f"checkpoint of another kind ({str(error).splitlines()[0]}); save it again or give another path."
         ) from error
@@ -53,7 +55,7 @@ def check_keys(path: str | Path, missing: Iterable[str], unexpected: Iterable[st
     """
     missing, unexpected = sorted(missing), sorted(unexpected)
     if missing or unexpected:
-        raise ValueError(
+        raise LlakeyError(
             f"Expected the weights of a llakey checkpoint in {path}, got a checkpoint of another kind: {len(missing)} "
             f"missing {missing[:2]}, {len(unexpected)} unexpected {unexpected[:2]}; give one saved by this policy."
         )

@@ -6,6 +6,7 @@ import functools
 import importlib
 import pkgutil
 
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.sim.tasks.base import Task
 
 
@@ -39,5 +40,5 @@ def parse_tasks(names: str) -> list[str]:
     asked = known if names.strip() == "all" else [name.strip() for name in names.split(",") if name.strip()]
     unknown = [name for name in asked if name not in known]
     if unknown or not asked:
-        raise ValueError(f"Expected tasks out of {', '.join(known)} or all, got {names!r}; correct --task.")
+        raise LlakeyError(f"Expected tasks out of {', '.join(known)} or all, got {names!r}; correct --task.")
     return asked

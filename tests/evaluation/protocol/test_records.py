@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from lerobot_llakey.evaluation.protocol.plan import Trial
-from lerobot_llakey.evaluation.protocol.records import COMMAND, Record, Records, alone_in
+from lerobot_llakey.evaluation.protocol.records import COMMAND, Record, Records
 from lerobot_llakey.evaluation.rollout import Episode
 
 
@@ -52,10 +52,3 @@ def test_a_foreign_line_is_told(tmp_path: Path) -> None:
     path.write_text('{"trial": 3}\n')
     with pytest.raises(ValueError, match="Expected the record of an episode"):
         Records(path)
-
-
-def test_two_runs_do_not_share_a_folder(tmp_path: Path) -> None:
-    with alone_in(tmp_path / "table"), pytest.raises(RuntimeError, match="no other run"), alone_in(tmp_path / "table"):
-        pass
-    with alone_in(tmp_path / "table"):
-        pass

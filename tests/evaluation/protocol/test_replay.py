@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from fakes_protocol import Hands, small_env
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.evaluation.protocol.replay import Replay
 from lerobot_llakey.evaluation.rollout import run_episode
 
@@ -22,6 +23,6 @@ def test_a_recorded_episode_comes_out_the_same() -> None:
 
 def test_a_record_that_ends_too_early_is_told() -> None:
     env = small_env("open_drawer")
-    with pytest.raises(RuntimeError, match="to end after its 0 recorded actions"):
+    with pytest.raises(LlakeyError, match="to end after its 0 recorded actions"):
         run_episode(env, Replay([], []), 0)
     env.close()

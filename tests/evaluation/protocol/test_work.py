@@ -5,6 +5,7 @@ import pytest
 import torch
 
 from fakes_protocol import Hands, small_env
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.evaluation.protocol import work
 from lerobot_llakey.evaluation.protocol.plan import Plan, Trial
 from lerobot_llakey.evaluation.protocol.records import ACTION, COMMAND
@@ -83,7 +84,7 @@ class _Fails(Hands):
         raise self.error
 
 
-@pytest.mark.parametrize("error", [KeyError("x"), ValueError("Expected three views, got one; add two.")])
+@pytest.mark.parametrize("error", [KeyError("x"), LlakeyError("Expected three views, got one; add two.")])
 def test_an_error_names_its_episode(acts, error: Exception) -> None:
     acts(_Fails(error))
     with pytest.raises((RuntimeError, ValueError), match=r"episode 1 of repeat 0 of open_drawer .* row 'a'") as info:

@@ -12,6 +12,7 @@ import torch
 from torch import Tensor
 
 from lerobot_llakey import geometry
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.action.batch.point_cloud import PointCloud
 
 
@@ -104,7 +105,7 @@ def varied(cloud: PointCloud, batch: int, point_dropout: float, colour_jitter: f
         points, colours, rows = points[kept], colours[kept], rows[kept]
         empty = torch.bincount(rows, minlength=batch) == 0
         if empty.any():
-            raise ValueError(
+            raise LlakeyError(
                 f"Expected points to be left with policy.point_dropout={point_dropout}, got an empty cloud in batch "
                 f"row {int(empty.nonzero()[0])}; lower it."
             )

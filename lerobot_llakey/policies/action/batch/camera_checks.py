@@ -8,6 +8,7 @@ import torch
 from torch import Tensor
 
 from lerobot_llakey import schema
+from lerobot_llakey.errors import LlakeyError
 
 RIGID_TOLERANCE = 0.01
 """By how much an entry of R^T R may differ from the identity's; measured calibrations are rounded."""
@@ -34,7 +35,7 @@ def check_calibration(intrinsics: Tensor, extrinsics: Tensor, cameras: Sequence[
         (schema.EXTRINSICS, extrinsics, (count, 4, 4)),
     ):
         if tuple(value.shape[1:]) != shape:
-            raise ValueError(
+            raise LlakeyError(
                 f"Expected {key} of shape (batch, {', '.join(map(str, shape))}) for the cameras {', '.join(cameras)}, "
                 f"got {tuple(value.shape)}; give one matrix for each camera."
             )
@@ -44,7 +45,7 @@ def check_calibration(intrinsics: Tensor, extrinsics: Tensor, cameras: Sequence[
     wrong = ~((shares > CENTRE[0]) & (shares < CENTRE[1]) & (focal > 0) & focal.isfinite()).all(dim=-1)
     if wrong.any():
         row, camera = (int(index) for index in wrong.nonzero()[0])
-        raise ValueError(
+        raise LlakeyError(
             f"Expected {schema.INTRINSICS} of an image of {size[1]}x{size[0]} pixels, got the principal point "
             f"({centres[row, camera, 0]:.1f}, {centres[row, camera, 1]:.1f}) and focal length "
             f"{intrinsics[row, camera, 0, 0]:.1f} for camera {cameras[camera]} in batch row {row}; rescale the "
@@ -53,7 +54,7 @@ def check_calibration(intrinsics: Tensor, extrinsics: Tensor, cameras: Sequence[
     rigid = _is_rigid(extrinsics)
     if not rigid.all():
         row, camera = (int(index) for index in (~rigid).nonzero()[0])
-        raise ValueError(
+        raise LlakeyError(
             f"Expected a rigid camera-to-base transform (a rotation, metres, and the last row 0 0 0 1) in "
             f"{schema.EXTRINSICS}, got another matrix for camera {cameras[camera]} in batch row {row}; correct the "
             "calibration."
@@ -69,7 +70,7 @@ def check_depth(depths: Tensor, cameras: Sequence[str]) -> None:
     finite = depths.isfinite().flatten(2).all(dim=2)
     if not finite.all():
         row, camera = (int(index) for index in (~finite).nonzero()[0])
-        raise ValueError(
+        raise LlakeyError(
             f"Expected finite depth in millimetres in {schema.depth_key(cameras[camera])}, got NaN or infinity in "
             f"batch row {row}; set pixels without a measurement to 0."
         )

@@ -11,6 +11,7 @@ from torch import Tensor
 from torch.nn import functional as F
 
 from lerobot_llakey import schema
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.action.batch.augmentation import RigidMotion
 from lerobot_llakey.policies.action.batch.point_cloud import inside
 
@@ -45,7 +46,7 @@ def read_labels(action: Tensor, workspace: Tensor) -> Labels:
     outside = ~inside(position, workspace)
     if outside.any():
         row = int(outside.nonzero()[0])
-        raise ValueError(
+        raise LlakeyError(
             f"Expected keyframes inside the workspace {workspace.tolist()} (metres), got "
             f"{[round(number, 3) for number in position[row].tolist()]} in {schema.ACTION} at batch row {row}; "
             "widen policy.workspace."

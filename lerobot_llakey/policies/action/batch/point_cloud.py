@@ -10,6 +10,7 @@ import torch
 from torch import Tensor
 
 from lerobot_llakey import geometry, schema
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.action.batch.camera_checks import check_calibration, check_depth
 
 MILLIMETRES = 1e-3
@@ -45,16 +46,16 @@ def _camera_stack(batch: Mapping[str, Any], cameras: Sequence[str]) -> tuple[Ten
         for key, stack, channels in ((schema.image_key(camera), images, 3), (schema.depth_key(camera), depths, 1)):
             if key not in batch:
                 given = ", ".join(sorted(name for name in batch if name.startswith(schema.image_key(""))))
-                raise ValueError(f"Expected the camera key {key} in the batch, got {given or 'no camera'}; add it.")
+                raise LlakeyError(f"Expected the camera key {key} in the batch, got {given or 'no camera'}; add it.")
             value = batch[key]
             if value.ndim != 4 or value.shape[1] != channels:
-                raise ValueError(
+                raise LlakeyError(
                     f"Expected {key} of shape (batch, {channels}, height, width), got {tuple(value.shape)}; check the "
                     "camera's feature."
                 )
             stack.append(value.float())
             if value.shape[-2:] != stack[0].shape[-2:] or value.shape[-2:] != images[0].shape[-2:]:
-                raise ValueError(
+                raise LlakeyError(
                     f"Expected every camera at {tuple(images[0].shape[-2:])} pixels, got {key} at "
                     f"{tuple(value.shape[-2:])}; record all cameras at one size."
                 )
@@ -81,7 +82,7 @@ def fuse_views(batch: Mapping[str, Any], cameras: Sequence[str], workspace: Tens
     images, depths = _camera_stack(batch, cameras)
     for key in (schema.INTRINSICS, schema.EXTRINSICS):
         if key not in batch:
-            raise ValueError(f"Expected the calibration {key} in the batch, got none; add it to the observation.")
+            raise LlakeyError(f"Expected the calibration {key} in the batch, got none; add it to the observation.")
     intrinsics, extrinsics = batch[schema.INTRINSICS].float(), batch[schema.EXTRINSICS].float()
     check_calibration(intrinsics, extrinsics, cameras, (images.shape[-2], images.shape[-1]))
     check_depth(depths, cameras)
@@ -90,7 +91,7 @@ def fuse_views(batch: Mapping[str, Any], cameras: Sequence[str], workspace: Tens
     empty = ~valid.any(dim=1)
     if empty.any():
         row = int(empty.nonzero()[0])
-        raise ValueError(
+        raise LlakeyError(
             f"Expected points inside the workspace {workspace.tolist()} (metres), got a cloud with none from "
             f"{schema.depth_key(cameras[0])} and the other cameras in batch row {row}; check the depth's unit "
             f"(millimetres), {schema.EXTRINSICS} and the workspace."

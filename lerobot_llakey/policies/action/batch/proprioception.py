@@ -11,6 +11,7 @@ from torch import Tensor
 from torch.nn import functional as F
 
 from lerobot_llakey import schema
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.action.batch.augmentation import blurred
 from lerobot_llakey.policies.action.configuration_llakey_action import LlakeyActionConfig
 from lerobot_llakey.policies.action.heads.targets import quaternion_to_angles
@@ -57,7 +58,7 @@ def read_proprioception(batch: Mapping[str, Any], config: LlakeyActionConfig, tu
     turns = torch.zeros(rows, 6, device=device)
     if config.use_state:
         if schema.STATE not in batch:
-            raise ValueError(f"Expected {schema.STATE} in the batch, got none; add it or train with use_state=false.")
+            raise LlakeyError(f"Expected {schema.STATE} in the batch, got none; add it or train with use_state=false.")
         state = batch[schema.STATE].float()
         opening = state[:, schema.GRIPPER, None]
         if config.proprioception != "gripper":
@@ -75,7 +76,7 @@ def read_proprioception(batch: Mapping[str, Any], config: LlakeyActionConfig, tu
 def _timestep(batch: Mapping[str, Any], rows: int) -> Tensor:
     """1 at an episode's first action, -1 at its last (RVT)."""
     if schema.STEP not in batch:
-        raise ValueError(
+        raise LlakeyError(
             f"Expected {schema.STEP} (keyframe actions taken so far) in the batch as policy.use_timestep is on, got "
             "none; add the column or train a policy without the timestep."
         )

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from lerobot_llakey import instructions, schema
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.action.configuration_llakey_action import LlakeyActionConfig
 
 
@@ -52,13 +53,13 @@ def _column(batch: Mapping[str, Any], key: str, rows: int) -> list[str]:
     texts = batch.get(key)
     texts = [texts] if isinstance(texts, str) else texts
     if not isinstance(texts, Sequence) or len(texts) != rows:
-        raise ValueError(
+        raise LlakeyError(
             f"Expected {key} as {rows} texts, one for each batch row, got "
             f"{'none' if texts is None else f'{len(texts)}'}; give the policy its instruction."
         )
     empty = [row for row, text in enumerate(texts) if not str(text).strip()]
     if empty:
-        raise ValueError(
+        raise LlakeyError(
             f"Expected words in {key}, got an empty text in batch row {empty[0]}; give the policy its instruction."
         )
     return [str(text) for text in texts]

@@ -9,6 +9,8 @@ from typing import Any
 import torch
 from torch import Tensor, nn
 
+from lerobot_llakey.errors import LlakeyError
+
 _KEPT_TEXTS = 4096
 _MOST_TOKENS = 512
 """Of a text, for models that set no limit themselves."""
@@ -86,7 +88,7 @@ def _load(name: str) -> tuple[Any, Any, int]:
                 model = model.get_encoder()
             model = getattr(model, "text_model", model)
     except (OSError, ValueError, KeyError) as error:
-        raise ValueError(
+        raise LlakeyError(
             f"Expected policy.text_model to name a text model with tokenizer on the Hub or in a folder, got {name!r} "
             f"({str(error).splitlines()[0]}); correct it, or set it to null for the encoder that is trained along."
         ) from error

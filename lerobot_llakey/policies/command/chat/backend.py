@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from torch import Tensor
 
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.command.chat.client import ChatClient
 from lerobot_llakey.policies.command.chat.counts import ChatCounts
 from lerobot_llakey.policies.command.chat.examples import draw_examples
@@ -75,7 +76,7 @@ def _guidance(config: LlakeyCommandConfig) -> str:
     if config.chat.guidance == "forms":
         return answer_forms()
     if not config.instructions:
-        raise ValueError(
+        raise LlakeyError(
             "Expected known instructions for chat.guidance=known, got none; list them in --policy.instructions, take "
             "the command settings of a trained checkpoint, or use chat.guidance=forms."
         )

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from lerobot_llakey import instructions
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.command.chat.answers import first_instruction
 from lerobot_llakey.policies.command.chat.counts import ChatCounts
 from lerobot_llakey.policies.command.chat.messages import Message
@@ -44,14 +45,14 @@ class ChatClient:
         counts: what happened so far.
 
     Raises:
-        RuntimeError: if the ``openai`` package is not installed.
+        LlakeyError: if the ``openai`` package is not installed.
     """
 
     def __init__(self, base_url: str | None, model: str, settings: ChatSettings, max_tokens: int) -> None:
         try:
             import openai
         except ImportError:
-            raise RuntimeError(
+            raise LlakeyError(
                 "Expected the package openai for backend=chat, got an environment without it; "
                 "pip install 'lerobot_policy_llakey[chat]'."
             ) from None
@@ -87,7 +88,7 @@ class ChatClient:
             counted and warned about.
 
         Raises:
-            RuntimeError: if asking again would not help: the server refuses the request, or it has never given an
+            LlakeyError: if asking again would not help: the server refuses the request, or it has never given an
                 answer and cannot be reached or speaks something else.
         """
         self.counts.asked()
@@ -126,7 +127,7 @@ class ChatClient:
         log.warning("No answer from %s (%s, %d attempts); %s.", self.address, reason, retries + 1, summary)
         return ""
 
-    def _refused(self, error: Any) -> RuntimeError:
+    def _refused(self, error: Any) -> LlakeyError:
         """The error for a request that the server will not take, however often it is sent."""
         status = error.status_code
         # A server may repeat the key in its words: those about keys are left out, and the key in any others.
@@ -137,12 +138,12 @@ class ChatClient:
             403: f"set the environment variable {self.settings.api_key_env} to a key that may",
             404: f"check --policy.base_url and --policy.model={self.model}",
         }.get(status, "check the model and the chat settings against what the server takes")
-        return RuntimeError(
+        return LlakeyError(
             f"Expected an answer of the chat server at {self.address}, got status {status}: {reason}; {advice}."
         )
 
-    def _wrong_address(self, what: str) -> RuntimeError:
-        return RuntimeError(
+    def _wrong_address(self, what: str) -> LlakeyError:
+        return LlakeyError(
             f"Expected a chat-completions server at {self.address}, got {what}; start it or correct --policy.base_url "
             "(most end in /v1)."
         )

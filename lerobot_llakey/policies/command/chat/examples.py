@@ -9,6 +9,7 @@ import numpy as np
 from lerobot.datasets.lerobot_dataset import LeRobotDataset
 
 from lerobot_llakey import schema
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.command.chat.messages import Example
 from lerobot_llakey.policies.command.chat.settings import ChatSettings
 from lerobot_llakey.policies.command.images import stack_views
@@ -30,12 +31,12 @@ def draw_examples(settings: ChatSettings, views: Sequence[str], history: bool) -
         return []
     dataset = LeRobotDataset(str(settings.examples_repo_id), root=settings.examples_root)
     if schema.INSTRUCTION not in dataset.features:
-        raise ValueError(
+        raise LlakeyError(
             f"Expected `chat.examples_repo_id` to name a dataset with the column {schema.INSTRUCTION!r}, got "
             f"{settings.examples_repo_id!r} without it; make one with `llakey keysteps`."
         )
     if len(dataset) < settings.examples:
-        raise ValueError(
+        raise LlakeyError(
             f"Expected at least {settings.examples} samples in {settings.examples_repo_id!r}, got {len(dataset)}; "
             "lower chat.examples or give a larger dataset."
         )

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from lerobot_llakey.errors import LlakeyError
+
 GUIDANCE = ("forms", "known", "none")
 IMAGE_FORMATS = ("png", "jpeg")
 
@@ -45,16 +47,16 @@ class ChatSettings:
     def __post_init__(self) -> None:
         for name, choices in (("guidance", GUIDANCE), ("image_format", IMAGE_FORMATS)):
             if getattr(self, name) not in choices:
-                raise ValueError(
+                raise LlakeyError(
                     f"Expected `chat.{name}` out of {choices}, got {getattr(self, name)!r}; pick one of these."
                 )
         if self.timeout_s <= 0 or self.max_attempts < 1 or self.max_parallel < 1 or self.examples < 0:
-            raise ValueError(
+            raise LlakeyError(
                 "Expected `chat` with timeout_s > 0, max_attempts >= 1, max_parallel >= 1 and examples >= 0, got "
                 f"{self.timeout_s}, {self.max_attempts}, {self.max_parallel} and {self.examples}; correct them."
             )
         if self.examples and self.examples_repo_id is None:
-            raise ValueError(
+            raise LlakeyError(
                 f"Expected `chat.examples_repo_id` to name a keysteps dataset for {self.examples} examples, got none; "
                 "give it, with chat.examples_root where it lies on this disk."
             )
@@ -67,7 +69,7 @@ def check_address(base_url: str | None, model: str | None) -> None:
         ValueError: see above.
     """
     if not model:
-        raise ValueError(
+        raise LlakeyError(
             "Expected `model` to name the server's model with backend=chat, got none; give for example "
             "--policy.model=gpt-4o."
         )
@@ -75,11 +77,11 @@ def check_address(base_url: str | None, model: str | None) -> None:
         return
     scheme, separator, rest = base_url.partition("://")
     if not separator or scheme not in ("http", "https"):
-        raise ValueError(
+        raise LlakeyError(
             f"Expected `base_url` like http://127.0.0.1:8000/v1, got one that starts with {scheme[:8]!r}; write it so."
         )
     if "@" in rest.partition("/")[0] or "?" in rest:
-        raise ValueError(
+        raise LlakeyError(
             "Expected `base_url` without user name, password or query, got one with; put the key into the environment "
             "variable that chat.api_key_env names."
         )

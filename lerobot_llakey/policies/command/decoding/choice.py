@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
+from lerobot_llakey.errors import LlakeyError
+
 
 @dataclass(frozen=True)
 class Choice:
@@ -25,7 +27,7 @@ class Choice:
 
     def __post_init__(self) -> None:
         if not self.temperature > 0:
-            raise ValueError(
+            raise LlakeyError(
                 f"Expected a temperature above 0, got {self.temperature}; sample=False takes the likeliest."
             )
 

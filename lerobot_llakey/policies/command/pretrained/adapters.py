@@ -13,6 +13,7 @@ from typing import Any
 
 from torch import nn
 
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.command.pretrained.freezing import part_of
 
 ADAPTER = "adapter_config.json"
@@ -42,7 +43,7 @@ def adapter_targets(model: nn.Module, trained: Sequence[str], stop_id: int, meth
             projectors.add(name.rsplit(".", 1)[-1])
     patterns = [rf"{re.escape(stem)}\..*\b({'|'.join(sorted(names))})" for stem, names in sorted(layers.items())]
     if not patterns:
-        raise ValueError(
+        raise LlakeyError(
             f"Expected the language model or the vision tower to get adapters, got train={list(trained)}; add "
             "language to `train`, or train the projector without --peft."
         )
@@ -68,7 +69,7 @@ def adapter_base(folder: Path) -> str:
     """
     base = json.loads((folder / ADAPTER).read_text()).get("base_model_name_or_path")
     if not base:
-        raise ValueError(f"Expected {folder / ADAPTER} to name what the adapter was trained on, got no name; add it.")
+        raise LlakeyError(f"Expected {folder / ADAPTER} to name what the adapter was trained on, got no name; add it.")
     return str(base)
 
 
@@ -114,7 +115,7 @@ class TakesAdapters:
             ValueError: if the weights are quantised and the policy is not wrapped in adapters.
         """
         if self.config.quantize and not self.config.use_peft:
-            raise ValueError(
+            raise LlakeyError(
                 f"Expected adapters to train with quantize={self.config.quantize}, got none; add "
                 "--peft.method_type=LORA --peft.r=16, or set quantize=null."
             )

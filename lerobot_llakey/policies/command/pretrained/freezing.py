@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from torch import nn
 
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.command.pretrained.settings import PARTS
 
 _PROJECTOR = re.compile(r"(^|\.)(multi_modal_projector|connector|aligner|image_newline|[a-z_]*merger[a-z_]*)(\.|$)")
@@ -37,7 +38,7 @@ def train_parts(model: nn.Module, trained: Sequence[str]) -> None:
     parts = {name: part_of(name) for name, _ in model.named_parameters()}
     missing = sorted(set(PARTS) - set(parts.values()))
     if missing and set(trained) != set(PARTS):
-        raise ValueError(
+        raise LlakeyError(
             f"Expected {type(model).__name__} to have the parts {list(PARTS)}, got none that is known as "
             f"{' and '.join(missing)}; set train=[vision,projector,language] to train all of it."
         )

@@ -8,6 +8,7 @@ from typing import Any
 import torch
 from transformers import AutoConfig, AutoModelForImageTextToText, AutoProcessor, PreTrainedModel
 
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.command.pretrained.quantization import quantized_loading
 from lerobot_llakey.policies.command.pretrained.stop_token import add_stop_token
 
@@ -33,7 +34,7 @@ def load_pretrained(
     looks_local = name.startswith((".", "/", "~")) or name.count("/") > 1
     path = Path(name).expanduser()
     if looks_local and not path.is_dir():
-        raise ValueError(
+        raise LlakeyError(
             f"Expected `model` to be a folder or a Hub name, got {name!r}, which does not exist; check the path."
         )
     source = str(path) if path.is_dir() else name
@@ -41,16 +42,16 @@ def load_pretrained(
     try:
         config = AutoConfig.from_pretrained(source)
         if type(config) not in AutoModelForImageTextToText._model_mapping:
-            raise ValueError(
+            raise LlakeyError(
                 f"Expected `model` to take images and text, got {name!r}, a {config.model_type} model that does not; "
                 "name an image-text model."
             )
         processor = AutoProcessor.from_pretrained(source)
         model = AutoModelForImageTextToText.from_pretrained(source, **options)
     except (OSError, ValueError, KeyError, ImportError) as error:
-        raise ValueError(_reason(name, error)) from error
+        raise LlakeyError(_reason(name, error)) from error
     if not hasattr(processor, "image_processor"):
-        raise ValueError(
+        raise LlakeyError(
             f"Expected `model` with a processor of images and text, got {name!r} with a {type(processor).__name__}; "
             "save the model's processor beside it."
         )
@@ -81,7 +82,7 @@ def save_assets(folder: Path, model: PreTrainedModel, processor: Any) -> None:
 
 def _reason(name: str, error: Exception) -> str:
     text = str(error).strip()
-    if text.startswith("Expected"):
+    if isinstance(error, LlakeyError):
         return text
     if any(words in text.lower() for words in _NOT_CONNECTED) and not Path(name).expanduser().is_dir():
         return (

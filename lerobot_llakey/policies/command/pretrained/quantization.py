@@ -8,6 +8,8 @@ from typing import Any
 import torch
 from transformers import BitsAndBytesConfig
 
+from lerobot_llakey.errors import LlakeyError
+
 
 def quantized_loading(quantize: str | None) -> dict[str, Any]:
     """What ``from_pretrained`` is told to quantise the weights; nothing where ``quantize`` is None.
@@ -20,7 +22,7 @@ def quantized_loading(quantize: str | None) -> dict[str, Any]:
     missing = [] if find_spec("bitsandbytes") else ["bitsandbytes"]
     missing += [] if torch.cuda.is_available() else ["a CUDA GPU"]
     if missing:
-        raise ValueError(
+        raise LlakeyError(
             f"Expected bitsandbytes and a CUDA GPU for quantize={quantize}, got a machine without "
             f"{' and '.join(missing)}; use a machine that has them or set quantize=null."
         )

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
+from lerobot_llakey.errors import LlakeyError
+
 PARTS = ("vision", "projector", "language")
 """The parts of an image-text model, as they are named in ``train``."""
 
@@ -55,22 +57,22 @@ class PretrainedModelSettings:
             ValueError: naming what was expected and what came.
         """
         if self.train is not None and (not self.train or set(self.train) - set(PARTS)):
-            raise ValueError(f"Expected `train` to list some of {list(PARTS)}, got {self.train}; name what to train.")
+            raise LlakeyError(f"Expected `train` to list some of {list(PARTS)}, got {self.train}; name what to train.")
         if self.train is not None and self.freeze_vision is not None:
-            raise ValueError(
+            raise LlakeyError(
                 f"Expected one of `train` and `freeze_vision`, got train={self.train} and "
                 f"freeze_vision={self.freeze_vision}; leave freeze_vision out."
             )
         if self.weights_dtype not in ("float32", "bfloat16"):
-            raise ValueError(
+            raise LlakeyError(
                 f"Expected `weights_dtype` float32 or bfloat16, got {self.weights_dtype!r}; choose one of them."
             )
         if self.quantize not in (None, "4bit"):
-            raise ValueError(f"Expected `quantize` 4bit or null, got {self.quantize!r}; choose one of them.")
+            raise LlakeyError(f"Expected `quantize` 4bit or null, got {self.quantize!r}; choose one of them.")
         if self.quantize and self.model is None:
-            raise ValueError("Expected a pretrained `model` with quantize=4bit, got none; name one.")
+            raise LlakeyError("Expected a pretrained `model` with quantize=4bit, got none; name one.")
         if self.prompt_format is not None and not {"{system}", "{request}"} <= set(_slots(self.prompt_format)):
-            raise ValueError(
+            raise LlakeyError(
                 "Expected `prompt_format` with the slots {system} and {request}, got "
                 f"{self.prompt_format!r}; write both into it."
             )

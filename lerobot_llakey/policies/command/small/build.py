@@ -8,6 +8,7 @@ import torch
 from torch import Tensor, nn
 from transformers import CLIPVisionConfig, LlamaConfig, LlavaConfig, LlavaForConditionalGeneration
 
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
 from lerobot_llakey.policies.command.generation import end_answers_with
 from lerobot_llakey.policies.command.small.tokenizer import WordTokenizer
@@ -28,7 +29,7 @@ class ConvolutionalStem(nn.Module):
         super().__init__()
         halvings = (patch_size // 4).bit_length() - 1
         if patch_size != 4 << halvings:
-            raise ValueError(f"Expected `patch_size` to be 4, 8, 16 or 32 with a stem, got {patch_size}; change it.")
+            raise LlakeyError(f"Expected `patch_size` to be 4, 8, 16 or 32 with a stem, got {patch_size}; change it.")
         channels = max(32, width >> (halvings + 1)) if halvings else width
         self.cut = nn.Conv2d(3, channels, 4, stride=4)
         layers: list[nn.Module] = []

@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from lerobot_llakey import schema
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.command.decoding.trie import Node, Trie
 from lerobot_llakey.policies.command.encoding import Encoder
 from lerobot_llakey.policies.command.pose_text import DIGITS, PoseText
@@ -34,7 +35,7 @@ class ActionTarget(Target):
 
     def answers(self, batch: Mapping[str, Any]) -> list[str]:
         if schema.ACTION not in batch:
-            raise ValueError(
+            raise LlakeyError(
                 f"Expected {schema.ACTION!r} in the batch for target=action, got {sorted(batch)}; use keysteps."
             )
         return [self.text.encode(action) for action in batch[schema.ACTION].double().cpu().numpy()]
@@ -59,7 +60,7 @@ def _tokens(encoder: Encoder, number: str, place: int) -> list[int]:
     before = encoder.answer(" ".join(first))[:-1] if first else []
     whole = encoder.answer(" ".join([*first, number]))[:-1]
     if whole[: len(before)] != before or len(whole) == len(before):
-        raise ValueError(_JOINED)
+        raise LlakeyError(_JOINED)
     return whole[len(before) :]
 
 
@@ -68,5 +69,5 @@ def _add(node: Node, tokens: list[int], after: Node) -> None:
     for token in inner:
         node = node.setdefault(token, {})
     if last in node or node is after:
-        raise ValueError(_JOINED)
+        raise LlakeyError(_JOINED)
     node[last] = after

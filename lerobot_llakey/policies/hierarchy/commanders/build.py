@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.command.modeling_llakey_command import LlakeyCommandPolicy
 from lerobot_llakey.policies.hierarchy.commanders.commander import Commander
 from lerobot_llakey.policies.hierarchy.commanders.fixed_list import ListCommander
@@ -23,7 +24,7 @@ def build_commander(config: LlakeyConfig, command: LlakeyCommandPolicy | None) -
     """
     if command is not None:
         if command.config.target != "instruction":
-            raise ValueError(
+            raise LlakeyError(
                 f"Expected a command policy with target='instruction', got target={command.config.target!r}; it acts "
                 "by itself: evaluate it alone, or train one that instructs."
             )

@@ -10,6 +10,7 @@ from typing import Any, Literal
 import numpy as np
 
 from lerobot_llakey import instructions, schema
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.hierarchy.commanders.commander import Commander, Said
 from lerobot_llakey.policies.hierarchy.motion import distance, turned
 from lerobot_llakey.policies.hierarchy.record import Step
@@ -77,7 +78,7 @@ class Corrections(Commander):
             ValueError: if the text is no basic action, or ``hold`` is neither.
         """
         if hold not in ("once", "done"):
-            raise ValueError(f"Expected hold to be 'once' or 'done', got {hold!r}; pick one of these.")
+            raise LlakeyError(f"Expected hold to be 'once' or 'done', got {hold!r}; pick one of these.")
         text = text.strip() if self.free_text else instructions.canonical(text)
         with self._lock:
             self._corrections[row] = _Correction(text, hold)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.hierarchy.commanders.commander import Commander, Said
 from lerobot_llakey.policies.hierarchy.record import Step
 
@@ -23,7 +24,7 @@ class ListCommander(Commander):
 
     def __init__(self, instructions: Sequence[str]) -> None:
         if not instructions:
-            raise ValueError("Expected at least one instruction for commander='list', got none; set instructions.")
+            raise LlakeyError("Expected at least one instruction for commander='list', got none; set instructions.")
         self.instructions = list(instructions)
         self._given: dict[int, int] = {}
 

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from lerobot_llakey import schema
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.hierarchy.commanders.commander import Commander, Said
 
 
@@ -22,7 +23,7 @@ class OracleCommander(Commander):
     ) -> list[Said]:
         codes = batch.get(schema.ORACLE_INSTRUCTION)
         if codes is None:
-            raise ValueError(
+            raise LlakeyError(
                 f"Expected {schema.ORACLE_INSTRUCTION!r} in the batch for commander='oracle', got {sorted(batch)}; "
                 "switch it on in the environment (--env.oracle_instructions=true) or use commander=policy."
             )

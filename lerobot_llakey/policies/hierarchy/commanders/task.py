@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from lerobot_llakey import schema
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.hierarchy.commanders.commander import Commander, Said
 
 
@@ -22,7 +23,7 @@ class TaskCommander(Commander):
     ) -> list[Said]:
         texts = batch.get(schema.TASK)
         if texts is None:
-            raise ValueError(
+            raise LlakeyError(
                 f"Expected {schema.TASK!r} in the batch for commander='task', got {sorted(batch)}; use an environment "
                 "that has it or commander=policy."
             )

@@ -4,6 +4,7 @@ import traceback
 
 import pytest
 
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.command.chat.client import ChatClient
 from lerobot_llakey.policies.command.chat.settings import ChatSettings
 
@@ -75,7 +76,7 @@ def test_a_server_that_does_not_answer_in_time_is_counted(server, reply):
 )
 def test_nonsense_is_counted_or_ends_a_run_that_never_had_an_answer(server, client, reply, body):
     server.script = [reply(body=body)]
-    with pytest.raises(RuntimeError, match=r"got an answer that is no chat completion; start it or correct --policy"):
+    with pytest.raises(LlakeyError, match=r"got an answer that is no chat completion; start it or correct --policy"):
         client.ask(QUESTION)
     server.script = [reply(), reply(body=body)]
     assert _reached(client).ask(QUESTION) == ""
@@ -88,7 +89,7 @@ def test_a_server_that_is_gone_is_counted_and_one_that_never_was_ends_the_run(se
     server.server_close()
     client._client.close()
     fresh = ChatClient(server.url, "tiny", ChatSettings(max_attempts=1), 48)
-    with pytest.raises(RuntimeError, match=r"Expected a chat-completions server at http://127.*, got no connection"):
+    with pytest.raises(LlakeyError, match=r"Expected a chat-completions server at http://127.*, got no connection"):
         fresh.ask(QUESTION)
     client._client = fresh._client
     assert client.ask(QUESTION) == ""
@@ -107,7 +108,7 @@ def test_a_server_that_is_gone_is_counted_and_one_that_never_was_ends_the_run(se
 def test_a_refusal_ends_the_run_in_one_sentence_without_the_key(server, client, reply, caplog, status, advice):
     caplog.set_level(logging.DEBUG)
     server.script = [reply(status, f'{{"error": {{"message": "no images with key {KEY}"}}}}')]
-    with pytest.raises(RuntimeError) as caught:
+    with pytest.raises(LlakeyError) as caught:
         client.ask(QUESTION)
     assert f"got status {status}" in str(caught.value) and advice in str(caught.value)
     assert str(caught.value).count(". ") == 0 and len(server.requests) == 1
@@ -136,5 +137,5 @@ def test_answers_outside_the_grammar_are_warned_about_ever_more_rarely(server, c
 
 def test_a_missing_package_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "openai", None)
-    with pytest.raises(RuntimeError, match=r"pip install 'lerobot_policy_llakey\[chat\]'"):
+    with pytest.raises(LlakeyError, match=r"pip install 'lerobot_policy_llakey\[chat\]'"):
         ChatClient(None, "tiny", ChatSettings(), 48)

@@ -26,7 +26,7 @@ def test_the_paper_freezes_the_vision_tower_of_a_pretrained_model(settings, part
         ({"train": ["eyes"]}, r"got \['eyes'\]"),
         ({"train": ["language"], "freeze_vision": True}, "one of `train` and `freeze_vision`"),
         ({"weights_dtype": "float16"}, "got 'float16'"),
-        ({"weights_dtype": "bfloat16", "dtype": "float32"}, "set dtype=bfloat16"),
+        ({"weights_dtype": "bfloat16", "dtype": "float32"}, "set dtype=auto"),
         ({"quantize": "8bit", "model": "a/b"}, "got '8bit'"),
         ({"quantize": "4bit"}, "pretrained `model` with quantize=4bit"),
         ({"prompt_format": "USER: {request}"}, r"slots \{system\} and \{request\}"),

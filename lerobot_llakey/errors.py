@@ -1,0 +1,16 @@
+"""The error of this package for whatever its user can mend: one sentence, shown without a traceback.
+
+Its text says what was expected, what came, and what to do. Any other exception is a fault of the program.
+"""
+
+
+class LlakeyError(ValueError):
+    """Something handed in is wrong: data, a checkpoint, a setting, a server, a second process."""
+
+
+class MissingFileError(LlakeyError, FileNotFoundError):
+    """A file or folder was expected and none is there."""
+
+
+class FileInTheWayError(LlakeyError, FileExistsError):
+    """A file or folder stands where a new one is to be written."""

@@ -1,0 +1,176 @@
+"""Files and folders that appear whole or not at all, and folders that one process at a time may change."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from filelock import FileLock, Timeout
+
+from lerobot_llakey.errors import FileInTheWayError, LlakeyError
+
+LOCK = ".lock"
+_UNFINISHED = ".unfinished"
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """Give a path to write to, whose file takes the place of ``path`` in one step when the block ends well.
+
+    Args:
+        path: the final file; its folder is made where it is missing.
+
+    Yields:
+        A path beside it with the same suffix, removed again if the block raises.
+
+    Raises:
+        LlakeyError: if the folder cannot be written to or the disk is full.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    fresh = path.with_name(f".{path.stem}{_UNFINISHED}{path.suffix}")
+    try:
+        yield fresh
+        _flush(fresh)
+        fresh.replace(path)
+    except OSError as error:
+        raise LlakeyError(f"Expected to write {path}, got refused ({reason(error)}); choose another place.") from error
+    finally:
+        fresh.unlink(missing_ok=True)
+
+
+def write_whole(path: Path, content: str | bytes) -> None:
+    """Write a file as a whole or not at all, text in UTF-8.
+
+    Raises:
+        LlakeyError: if the folder cannot be written to or the disk is full.
+    """
+    with replacing(path) as fresh:
+        fresh.write_bytes(content.encode() if isinstance(content, str) else content)
+
+
+@contextmanager
+def new_folder(folder: Path) -> Iterator[Path]:
+    """Give a folder to fill, which appears under the name ``folder`` in one step when the block ends well.
+
+    What an earlier run left unfinished is removed first. A second process that wants the same folder is refused.
+
+    Args:
+        folder: must not exist yet, or be empty.
+
+    Yields:
+        A folder beside it, on the same file system, that does not exist yet.
+
+    Raises:
+        FileInTheWayError: if something stands at ``folder``.
+        LlakeyError: if the place cannot be written to, or another process is filling the folder.
+    """
+    refuse_occupied(folder)
+    check_writable(folder)
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    unfinished = folder.with_name(f".{folder.name}{_UNFINISHED}")
+    with _locked(folder.with_name(f".{folder.name}{LOCK}"), folder, "place"):
+        refuse_occupied(folder)
+        remove(unfinished)
+        try:
+            yield unfinished
+            if folder.is_dir():
+                folder.rmdir()
+            unfinished.replace(folder)
+        finally:
+            remove(unfinished)
+
+
+def refuse_occupied(folder: Path) -> None:
+    """Refuse a place for a new folder where something stands already.
+
+    Raises:
+        FileInTheWayError: if there is a file, a link or a folder with something in it.
+    """
+    if folder.is_symlink() or (folder.exists() and not (folder.is_dir() and not any(folder.iterdir()))):
+        raise FileInTheWayError(f"Expected a folder that does not exist yet, got {folder}; choose another one.")
+
+
+@contextmanager
+def alone_in(folder: Path, option: str = "--output_dir") -> Iterator[None]:
+    """Keep other processes out of a folder; the system lifts this by itself when the process ends, however it ends.
+
+    Args:
+        folder: made where it is missing; a file called ``.lock`` in it is locked.
+        option: what an error advises to change.
+
+    Raises:
+        LlakeyError: if another process is in it, or it cannot be written to.
+    """
+    check_writable(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    with _locked(folder / LOCK, folder, option):
+        yield
+
+
+def check_writable(folder: Path, needed_bytes: int = 0) -> None:
+    """Check before work that a folder can be made or written to; makes nothing.
+
+    Args:
+        folder: need not exist.
+        needed_bytes: that will be written to it, as far as is known.
+
+    Raises:
+        LlakeyError: if a file stands in the way, writing is not allowed, or the disk has not enough space left.
+    """
+    standing = next(place for place in (folder, *folder.absolute().parents) if place.exists() or place.is_symlink())
+    if not standing.is_dir():
+        raise LlakeyError(f"Expected a place for the folder {folder}, got {standing}, which is no folder; move it.")
+    probe = standing / f".llakey-probe-{os.getpid()}"
+    try:
+        probe.touch()
+        probe.unlink()
+    except OSError as error:
+        raise LlakeyError(
+            f"Expected to write into {standing}, got refused ({reason(error)}); choose another place for {folder}."
+        ) from error
+    free = shutil.disk_usage(standing).free
+    if free < needed_bytes:
+        raise LlakeyError(
+            f"Expected {needed_bytes / 1e9:.1f} GB of free space for {folder}, got {free / 1e9:.1f} GB; free some or "
+            "choose another place."
+        )
+
+
+def remove(path: Path) -> None:
+    """Remove a file, a link or a folder with all that is in it, where there is one; a link's target stays."""
+    if path.is_dir() and not path.is_symlink():
+        shutil.rmtree(path)
+    else:
+        path.unlink(missing_ok=True)
+
+
+def reason(error: OSError) -> str:
+    """Why the system refused, without the path."""
+    return (error.strerror or str(error) or type(error).__name__).lower()
+
+
+def _flush(path: Path) -> None:
+    with path.open("rb") as file:
+        os.fsync(file.fileno())
+
+
+@contextmanager
+def _locked(file: Path, folder: Path, option: str) -> Iterator[None]:
+    lock = FileLock(file)
+    try:
+        lock.acquire(timeout=0)
+    except Timeout as error:
+        raise LlakeyError(
+            f"Expected no other run in {folder}, got one that is still going; wait for it or give another {option}."
+        ) from error
+    except OSError as error:
+        raise LlakeyError(
+            f"Expected to write {file}, got refused ({reason(error)}); choose another {option}."
+        ) from error
+    try:
+        yield
+    finally:
+        lock.release()
