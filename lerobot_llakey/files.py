@@ -8,12 +8,28 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import draccus
+import pyarrow as pa
+import yaml
 from filelock import FileLock, Timeout
+from safetensors import SafetensorError
 
-from lerobot_llakey.errors import FileInTheWayError, LlakeyError
+from lerobot_llakey.errors import FileInTheWayError, LlakeyError, MissingFileError
 
 LOCK = ".lock"
 _UNFINISHED = ".unfinished"
+_UNREADABLE = (
+    OSError,
+    ValueError,  # JSON, UnicodeDecodeError
+    LookupError,
+    TypeError,
+    RecursionError,
+    pa.ArrowException,
+    yaml.YAMLError,
+    SafetensorError,
+    draccus.utils.DraccusException,
+)
+"""What the libraries that read JSON, YAML, parquet, safetensors and settings raise at broken files."""
 
 
 @contextmanager
@@ -137,6 +153,41 @@ def check_writable(folder: Path, needed_bytes: int = 0) -> None:
             f"Expected {needed_bytes / 1e9:.1f} GB of free space for {folder}, got {free / 1e9:.1f} GB; free some or "
             "choose another place."
         )
+
+
+@contextmanager
+def reading(path: Path, kind: str = "file") -> Iterator[None]:
+    """Say which file is missing or broken where a library reads it and gives up in words of its own.
+
+    Args:
+        path: the file or folder that the block reads.
+        kind: what it should be, as an error says it: "JSON file", "checkpoint", "dataset".
+
+    Raises:
+        MissingFileError: if it is not there, or something that it needs is not.
+        LlakeyError: if it cannot be read: cut off, of another format, forbidden.
+    """
+    try:
+        if not path.exists():
+            raise MissingFileError(f"Expected a {kind} at {path}, found none; check the path.")
+        yield
+    except LlakeyError:
+        raise
+    except FileNotFoundError as error:
+        lacking = error.filename or " ".join(str(error).split())
+        raise MissingFileError(
+            f"Expected a whole {kind} at {path}, got one that lacks a file ({lacking}); fetch or make it anew."
+        ) from error
+    except MemoryError as error:
+        raise LlakeyError(
+            f"Expected a {kind} at {path} that fits into memory, got one that does not; check or make it anew."
+        ) from error
+    except _UNREADABLE as error:
+        said = " ".join(str(error).split())[:200] or type(error).__name__
+        raise LlakeyError(
+            f"Expected a readable {kind} at {path}, got one that is broken ({type(error).__name__}: {said}); fetch or "
+            "make it anew."
+        ) from error
 
 
 def remove(path: Path) -> None:

@@ -1,11 +1,14 @@
 """Files and folders that appear whole or not at all."""
 
+import json
 from pathlib import Path
 
+import pyarrow.parquet as pq
 import pytest
+from safetensors.torch import load_file
 
-from lerobot_llakey.errors import FileInTheWayError, LlakeyError
-from lerobot_llakey.files import alone_in, check_writable, new_folder, remove, replacing, write_whole
+from lerobot_llakey.errors import FileInTheWayError, LlakeyError, MissingFileError
+from lerobot_llakey.files import alone_in, check_writable, new_folder, reading, remove, replacing, write_whole
 
 
 def test_a_file_is_replaced_only_when_the_new_one_is_whole(tmp_path: Path) -> None:
@@ -93,3 +96,23 @@ def test_removing_a_link_leaves_what_it_points_to(tmp_path: Path) -> None:
     remove(tmp_path / "link")
     remove(tmp_path / "nothing")
     assert kept.is_dir() and not (tmp_path / "link").is_symlink()
+
+
+def test_a_broken_or_missing_file_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "config.json"
+    with (
+        pytest.raises(MissingFileError, match=r"Expected a JSON file at .*config\.json, found none"),
+        reading(path, "JSON file"),
+    ):
+        pass
+    path.write_bytes(b'{"a": \xff')
+    with pytest.raises(LlakeyError, match=r"readable JSON file at .*config\.json, got"), reading(path, "JSON file"):
+        json.loads(path.read_text(encoding="utf-8"))
+    with pytest.raises(LlakeyError, match=r"readable weights at .*SafetensorError"), reading(path, "weights"):
+        load_file(path)
+    with pytest.raises(LlakeyError, match=r"readable table at .*Arrow"), reading(path, "table"):
+        pq.read_table(path)
+    with pytest.raises(MissingFileError, match=r"lacks a file .*nope"), reading(tmp_path, "dataset"):
+        (tmp_path / "nope").read_bytes()
+    with pytest.raises(ZeroDivisionError), reading(path):
+        1 / 0  # noqa: B018

@@ -20,6 +20,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "keyframes": FOUNDATION,
     "errors": set(),
     "files": set(),
+    "bounds": set(),
     # What the experts' recordings and anyone else's have in common.
     "labels": WORDS,
     "sim": WORDS | {"labels"},
@@ -38,7 +39,7 @@ MAY_IMPORT: dict[str, set[str]] = {
 }
 """Each room, and the other rooms that it may import."""
 
-EVERYWHERE = {"errors", "files"}
+EVERYWHERE = {"errors", "files", "bounds"}
 """What stands below every room."""
 
 SIMULATOR_LIBRARIES = {"mujoco", "gym_hil", "ompl", "mink", "frankik"}
