@@ -2,7 +2,8 @@
 
 An instruction is a template filled with a pose out of ``POSES`` and noun phrases ("the red block"). Noun phrases may
 not hold the words that join templates ("to", "and", "in", ...), so every text has at most one reading and
-``parse(render(instruction)) == instruction``. Source: section IV-B of the paper, where sixteen templates are named.
+``parse(render(instruction)) == instruction``. A longer text than ``LONGEST`` is none: people and models may write
+anything, and looking for a template in a text takes the square of its length. Source: section IV-B of the paper, where sixteen templates are named.
 """
 
 from __future__ import annotations
@@ -18,6 +19,8 @@ from lerobot_llakey.errors import LlakeyError
 
 POSES: tuple[str, ...] = ("top", "front", "back", "left side", "right side", "bottom")
 """What may stand for ``{pose}``: where to move, relative to a thing."""
+LONGEST = 200
+"""Characters of the longest instruction, with single spaces."""
 
 
 @dataclass(frozen=True)
@@ -111,6 +114,11 @@ class Instruction:
             problem = _problem(slot, argument)
             if problem:
                 raise LlakeyError(problem)
+        if len(render(self)) > LONGEST:
+            raise LlakeyError(
+                f"Expected an instruction of at most {LONGEST} characters, got one of {len(render(self))}; name the "
+                "things in fewer words."
+            )
 
 
 def _problem(slot: str, argument: str) -> str | None:
@@ -150,21 +158,34 @@ def render(instruction: Instruction) -> str:
     return template.texts[instruction.variant].format(**dict(zip(template.slots, instruction.arguments, strict=True)))
 
 
-@lru_cache(maxsize=4096)
 def parse(text: str) -> Instruction:
     """The only reading of a text; letter case, repeated spaces and a final full stop do not matter.
 
     Raises:
-        ValueError: if the text is no instruction of the grammar.
+        LlakeyError: if the text is no instruction of the grammar.
     """
-    plain = " ".join(text.lower().split()).removesuffix(".")
+    plain = " ".join(text.split(maxsplit=LONGEST)).removesuffix(".")
+    instruction = _read(plain.lower()) if len(plain) <= LONGEST else None
+    if instruction is None:
+        raise LlakeyError(
+            f"Expected a basic action such as 'grasp the red block', got {shortened(text)}; see instructions.TEMPLATES."
+        )
+    return instruction
+
+
+@lru_cache(maxsize=4096)
+def _read(plain: str) -> Instruction | None:
+    """The reading of a text in lower case with single spaces, None where there is none."""
     for name, variant, pattern in _PATTERNS:
         match = pattern.fullmatch(plain)
         if match and not any(map(_problem, TEMPLATES[name].slots, match.groups())):
             return Instruction(name, match.groups(), variant)
-    raise LlakeyError(
-        f"Expected a basic action such as 'grasp the red block', got {text!r}; see instructions.TEMPLATES."
-    )
+    return None
+
+
+def shortened(text: str) -> str:
+    """A text as an error quotes it: the beginning of a long one, with its length."""
+    return repr(text) if len(text) <= LONGEST else f"{text[:LONGEST]!r}... ({len(text)} characters)"
 
 
 def parsed_or_none(text: str) -> Instruction | None:

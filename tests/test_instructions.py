@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import lerobot_llakey.instructions as grammar
 from lerobot_llakey.instructions import (
     JOINING_WORDS,
     POSES,
@@ -127,6 +128,7 @@ def test_canonical_and_paraphrase_keep_the_meaning() -> None:
         (("grasp", ("the lid and the jar",)), "without 'and'"),
         (("grasp", ("",)), "noun phrase"),
         (("move", ("inside", "the jar")), "a pose out of"),
+        (("grasp", ("the " + "very " * 50 + "red block",)), "at most 200 characters, got one of"),
     ],
 )
 def test_bad_instructions_are_refused_in_one_sentence(arguments: tuple, message: str) -> None:
@@ -138,3 +140,17 @@ def test_texts_outside_the_grammar_are_told_apart() -> None:
     assert is_parsable("Grab the red block.") and not is_parsable("sing a song")
     assert parsed_or_none("sing a song") is None
     assert parsed_or_none("Grab the red block.") == parse("grab the red block")
+
+
+@pytest.mark.parametrize("words", [500, 100_000])
+def test_a_long_text_is_refused_unread_and_quoted_in_part(words: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(grammar, "_read", lambda plain: pytest.fail(f"{len(plain)} characters were looked through"))
+    text = "rotate the " + "a to the " * words
+    with pytest.raises(ValueError, match=rf"got 'rotate .*\.\.\. \({len(text)} characters\)") as error:
+        parse(text)
+    assert len(str(error.value)) < 500
+    assert not is_parsable(text) and gripper_implied(text) is None
+
+
+def test_spaces_do_not_count_towards_the_length() -> None:
+    assert parse("grasp" + " " * 10_000 + "the lid") == Instruction("grasp", ("the lid",))

@@ -34,7 +34,7 @@ def explain(text: str, known: Iterable[str] = ()) -> str:
     near = nearest_known(text, known)
     hint = f"did you mean {near!r}? The" if near else "the"
     return (
-        f"Expected a basic action, got {text!r}; {hint} nearest forms are {'; '.join(nearest_forms(text))}. "
+        f"Expected a basic action, got {instructions.shortened(text)}; {hint} nearest forms are {'; '.join(nearest_forms(text))}. "
         "Nothing was moved."
     )
 
@@ -74,4 +74,6 @@ def _shown(form: str) -> str:
 
 
 def _plain(text: str) -> str:
+    """The beginning of a text: what is compared takes the product of the lengths."""
+    text = text[: instructions.LONGEST]
     return " ".join(text.lower().split()).removesuffix(".")

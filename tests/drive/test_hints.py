@@ -3,6 +3,7 @@
 import pytest
 
 from lerobot_llakey import instructions
+from lerobot_llakey.drive import hints
 from lerobot_llakey.drive.hints import explain, nearest_forms, read_instruction
 
 KNOWN = ["grasp the top handle", "grasp the bottom handle", "pull the top drawer open"]
@@ -44,3 +45,11 @@ def test_a_form_with_its_slots_filled_is_read() -> None:
             filled = text.format(pose="top", thing="the lid", target="the jar", held="the cup")
             assert read_instruction(filled)
             assert text.split()[0] == nearest_forms(filled, count=1)[0].split()[0]
+
+
+def test_of_a_long_text_the_beginning_is_compared_and_quoted(monkeypatch: pytest.MonkeyPatch) -> None:
+    compared: list[str] = []
+    monkeypatch.setattr(hints, "get_close_matches", lambda text, *rest, **how: compared.append(text) or [])
+    said = explain("gras the top handle " * 100_000, [])
+    assert len(compared[0]) <= instructions.LONGEST and "grasp <thing>" in said
+    assert len(said) < 800 and "(2000000 characters)" in said

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from itertools import islice
 
 from lerobot_llakey import instructions
 from lerobot_llakey.policies.command.prompt import STOP
@@ -10,6 +11,8 @@ from lerobot_llakey.policies.command.prompt import STOP
 _THOUGHTS = re.compile(r"<think>.*?(</think>|\Z)", re.DOTALL)
 _MARKS = re.compile(r"^(?:[-*+>#]+\s|\d+[.)]\s)\s*")
 _LABEL = re.compile(r"^(?:answer|instruction|action|next (?:basic )?(?:action|instruction))\s*:\s*", re.IGNORECASE)
+_LONGEST_LINE, _MOST_LINES = 2 * instructions.LONGEST, 200
+"""What is looked at of a long answer: a basic action is short, and what precedes it is some words."""
 _WRAPPING = " \t\"'`*_\u201c\u201d\u2018\u2019"
 
 
@@ -22,10 +25,11 @@ def first_instruction(text: str) -> str:
         text: what the model wrote.
 
     Returns:
-        One line, which need not be in the grammar; "" where nothing was written.
+        One line, which need not be in the grammar; "" where nothing was written. Long lines are cut, and what stands
+        after some hundred lines is not looked at.
     """
-    lines = [_bare(line) for line in _THOUGHTS.sub("", text).partition(STOP)[0].splitlines()]
-    lines = [line for line in lines if line]
+    written = filter(str.strip, _THOUGHTS.sub("", text).partition(STOP)[0].splitlines())
+    lines = list(filter(None, (_bare(line.strip()[:_LONGEST_LINE]) for line in islice(written, _MOST_LINES))))
     return next(filter(instructions.is_parsable, lines), lines[0] if lines else "")
 
 

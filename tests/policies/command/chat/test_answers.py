@@ -1,6 +1,7 @@
 import pytest
 
 from lerobot_llakey import instructions
+from lerobot_llakey.policies.command.chat import answers
 from lerobot_llakey.policies.command.chat.answers import first_instruction
 
 
@@ -39,3 +40,18 @@ def test_the_first_basic_action_is_found(written):
 def test_other_words_stay_as_they_are(written, left):
     assert first_instruction(written) == left
     assert not instructions.is_parsable(left)
+
+
+@pytest.mark.parametrize("written", ["1. " * 400_000, "rotate the " + "a to the " * 50_000, "1. " * 300 + "\n" * 400_000])
+def test_of_a_long_answer_a_short_line_is_left(written, monkeypatch):
+    looked_at = []
+    monkeypatch.setattr(answers, "_bare", lambda line: looked_at.append(line) or line)
+    assert len(first_instruction(written)) <= 2 * instructions.LONGEST
+    assert len(looked_at) == 1 and len(looked_at[0]) <= 2 * instructions.LONGEST
+
+
+def test_of_many_lines_the_first_are_looked_at(monkeypatch):
+    looked_at = []
+    monkeypatch.setattr(answers, "_bare", lambda line: looked_at.append(line) or line)
+    assert first_instruction("hm\n" * 100_000 + "grasp the red block") == "hm"
+    assert len(looked_at) == 200
