@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -52,7 +51,7 @@ class ChatBackend:
         return solved(examples, self.settings.image_format)
 
     def answers(self, images: Tensor, prompts: Sequence[Prompt]) -> list[str]:
-        """What the model says to each row; see :meth:`ChatClient.ask` for empty answers and errors.
+        """What the model says to each row; see :meth:`ChatClient.ask_all` for empty answers and errors.
 
         Args:
             images: (B, V, 3, H, W) in 0..1.
@@ -66,8 +65,7 @@ class ChatBackend:
             ]
             for prompt, shown in zip(prompts, images, strict=True)
         ]
-        with ThreadPoolExecutor(min(self.settings.max_parallel, max(1, len(conversations)))) as pool:
-            return list(pool.map(self._client.ask, conversations))
+        return self._client.ask_all(conversations)
 
 
 def _guidance(config: LlakeyCommandConfig) -> str:

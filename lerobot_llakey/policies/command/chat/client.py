@@ -1,26 +1,37 @@
-"""One question to an OpenAI-compatible server: what is tried again, what is given up, and what stops the run.
+"""Questions to an OpenAI-compatible server: what is tried again, what is given up, and what stops the run.
 
 The ``openai`` client carries the requests: it waits longer after each failure, with jitter, or as long as Retry-After
-says (up to two minutes), bounds attempts and waiting, and keeps keys out of its logs.
+says (up to two minutes), and keeps keys out of its logs. What a server may take is bounded: ``timeout_s`` for each whole
+answer, ``LONGEST_WAIT`` between two attempts on average, ``MOST_BYTES``, and ``GIVE_UP_SECONDS`` without any answer.
 """
 
 from __future__ import annotations
 
+import asyncio
+import json
 import logging
 import os
+import time
 from collections.abc import Sequence
 from typing import Any
 
 from lerobot_llakey import instructions
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.command.chat.answers import first_instruction
+from lerobot_llakey.policies.command.chat.bounded import Background, bounded_http, too_long
 from lerobot_llakey.policies.command.chat.counts import ChatCounts
 from lerobot_llakey.policies.command.chat.messages import Message
+from lerobot_llakey.policies.command.chat.secrets import repeats
 from lerobot_llakey.policies.command.chat.settings import ChatSettings
 
 log = logging.getLogger(__name__)
 
-CONNECT_SECONDS = 10.0
+MOST_BYTES = 1_000_000
+"""Of an answer: an instruction has some dozens, the thoughts of a model some thousands."""
+LONGEST_WAIT = 60.0
+"""Seconds between two attempts, on average, whatever Retry-After says."""
+GIVE_UP_SECONDS = 600.0
+"""After so long without any answer, the run ends; it is asked about between questions, not within one."""
 NO_KEY = "none"
 """Sent as the key where none is set: the client wants one, a server of one's own does not look at it."""
 
@@ -61,16 +72,21 @@ class ChatClient:
         self.counts = ChatCounts()
         self._openai: Any = openai
         self._key = os.environ.get(settings.api_key_env) or NO_KEY
-        self._client: Any = openai.OpenAI(
+        self._client: Any = openai.AsyncOpenAI(
             api_key=self._key,
             base_url=base_url,
             max_retries=settings.max_attempts - 1,
-            timeout=openai.Timeout(settings.timeout_s, connect=min(CONNECT_SECONDS, settings.timeout_s)),
+            timeout=settings.timeout_s,
+            default_headers={"Accept-Encoding": "identity"},  # a short answer may unpack into a long one
+            http_client=bounded_http(openai, settings.timeout_s, MOST_BYTES),
         )
+        self._background = Background()
+        self._longest = settings.max_attempts * settings.timeout_s + (settings.max_attempts - 1) * LONGEST_WAIT
         self._options: dict[str, Any] = {"model": model, settings.max_tokens_field: max_tokens}
         if settings.temperature is not None:
             self._options["temperature"] = settings.temperature
         self._reached = False
+        self._silent_since: float | None = None
         for name in ("httpx", "httpx2"):  # a line for each request would drown the run's own lines
             if logging.getLogger(name).level == logging.NOTSET:
                 logging.getLogger(name).setLevel(logging.WARNING)
@@ -81,63 +97,110 @@ class ChatClient:
         return str(self._client.base_url)
 
     def ask(self, messages: Sequence[Message]) -> str:
-        """The instruction that the model answers with; thread-safe.
+        """The answer to one question; see :meth:`ask_all`."""
+        return self.ask_all([messages])[0]
+
+    def ask_all(self, conversations: Sequence[Sequence[Message]]) -> list[str]:
+        """The instructions that the model answers with, ``max_parallel`` questions at once; thread-safe.
+
+        Each question takes at most ``max_attempts`` x ``timeout_s``, and ``LONGEST_WAIT`` for each wait in between.
 
         Returns:
-            One line, which need not be in the grammar; "" where there was no usable answer after all attempts, which is
-            counted and warned about.
+            One line each, which need not be in the grammar; "" where there was no usable answer after all attempts,
+            which is counted and warned about.
 
         Raises:
-            LlakeyError: if asking again would not help: the server refuses the request, or it has never given an
-                answer and cannot be reached or speaks something else.
+            LlakeyError: if asking again would not help: the server refuses the request, it has never given an answer
+                and cannot be reached or speaks something else, or it has answered nothing for ``GIVE_UP_SECONDS``.
         """
-        self.counts.asked()
+        return self._background.result(self._ask_all(conversations))
+
+    async def _ask_all(self, conversations: Sequence[Sequence[Message]]) -> list[str]:
+        places = asyncio.Semaphore(self.settings.max_parallel)
+
+        async def ask(messages: Sequence[Message]) -> str:
+            async with places:
+                return await self._ask(messages)
+
         try:
-            answer = self._client.chat.completions.with_raw_response.create(messages=list(messages), **self._options)
+            async with asyncio.TaskGroup() as group:
+                tasks = [group.create_task(ask(messages)) for messages in conversations]
+        except ExceptionGroup as errors:  # the others are cancelled then
+            raise errors.exceptions[0] from None
+        return [task.result() for task in tasks]
+
+    async def _ask(self, messages: Sequence[Message]) -> str:
+        self.counts.asked()
+        started = time.monotonic()
+        try:
+            async with asyncio.timeout(self._longest):
+                completions = self._client.chat.completions.with_raw_response
+                answer = await completions.create(messages=list(messages), **self._options)
         except self._openai.APIStatusError as error:
             status = error.status_code
             if status not in _RETRIED and status < 500:
                 raise self._refused(error) from None
-            return self._unanswered(f"status {status}", error)
-        except self._openai.APITimeoutError as error:
-            return self._unanswered("time-out", error)
+            return self._unanswered(f"status {status}", error, started)
+        except (self._openai.APITimeoutError, TimeoutError) as error:
+            return self._unanswered("time-out", error, started)
         except self._openai.APIConnectionError as error:
             if not self._reached:
                 raise self._wrong_address("no connection") from None
-            return self._unanswered("no connection", error)
-        text = _content(answer.http_response)
+            return self._unanswered("no connection", error, started)
+        except self._openai.OpenAIError as error:
+            if str(error) != too_long(MOST_BYTES):
+                raise
+            return self._nonsense(too_long(MOST_BYTES), started)
+        text = _content(answer.http_response.content)
         if text is None:
-            if not self._reached:
-                raise self._wrong_address("an answer that is no chat completion")
-            return self._unanswered("nonsense", None)
-        self._reached = True
+            return self._nonsense("an answer that is no chat completion", started)
+        if self._is_secret(text):
+            return self._nonsense("an answer that repeats the API key", started)
+        self._reached, self._silent_since = True, None
         instruction = first_instruction(text)
         unparsable = self.counts.answered(answer.retries_taken, instructions.is_parsable(instruction))
         if unparsable.bit_count() == 1:  # at the first, second, fourth, eighth...
             log.warning(
                 "%s answered %r, which is no basic action: %d of %d answers so far.",
-                *(self.model, text[:80], unparsable, self.counts.answers),
+                *(self.model, instruction[:80], unparsable, self.counts.answers),
             )
         return instruction
 
-    def _unanswered(self, reason: str, error: Any) -> str:
+    def _nonsense(self, what: str, started: float) -> str:
+        if not self._reached:
+            raise self._wrong_address(what)
+        return self._unanswered("nonsense", None, started)
+
+    def _unanswered(self, reason: str, error: Any, started: float) -> str:
         # The client numbers its attempts in this header.
-        retries = 0 if error is None else int(error.request.headers.get("x-stainless-retry-count", 0))
+        request = getattr(error, "request", None)
+        retries = 0 if request is None else int(request.headers.get("x-stainless-retry-count", 0))
         summary = self.counts.failed(reason, retries)
         log.warning("No answer from %s (%s, %d attempts); %s.", self.address, reason, retries + 1, summary)
+        self._silent_since = started if self._silent_since is None else self._silent_since
+        silent = time.monotonic() - self._silent_since
+        if silent >= GIVE_UP_SECONDS:
+            raise LlakeyError(
+                f"Expected answers of the chat server at {self.address}, got none for {silent:.0f} s ({reason}; "
+                f"{summary}); start again when it answers."
+            )
         return ""
+
+    def _is_secret(self, text: str) -> bool:
+        return self._key != NO_KEY and repeats(text, self._key)
 
     def _refused(self, error: Any) -> LlakeyError:
         """The error for a request that the server will not take, however often it is sent."""
         status = error.status_code
-        # A server may repeat the key in its words: those about keys are left out, and the key in any others.
-        said = " ".join(str(error.message).replace(self._key, "***").split())[:300]
-        reason = _REASONS.get(status, said)
+        said = " ".join(str(error.message).split())[:300]
+        if self._is_secret(said):
+            said = "its words repeat the API key and are left out"
+        reason = _REASONS.get(status, "it sends elsewhere" if 300 <= status < 400 else said)
         advice = {
             401: f"set the environment variable {self.settings.api_key_env} to a valid key",
             403: f"set the environment variable {self.settings.api_key_env} to a key that may",
             404: f"check --policy.base_url and --policy.model={self.model}",
-        }.get(status, "check the model and the chat settings against what the server takes")
+        }.get(status, "check --policy.base_url" if 300 <= status < 400 else "check the model and the chat settings against what the server takes")
         return LlakeyError(
             f"Expected an answer of the chat server at {self.address}, got status {status}: {reason}; {advice}."
         )
@@ -149,13 +212,14 @@ class ChatClient:
         )
 
 
-def _content(response: Any) -> str | None:
-    """The text of a chat completion; None where the response is something else."""
+def _content(body: bytes) -> str | None:
+    """The text of a chat completion; None where the body is something else."""
     try:
-        content = response.json()["choices"][0]["message"]["content"]
-    except (ValueError, LookupError, TypeError):
+        content = json.loads(body)["choices"][0]["message"]["content"]
+    except (ValueError, LookupError, TypeError, RecursionError):
         return None
     if isinstance(content, list):  # some servers answer in parts
-        content = "".join(part.get("text") or "" for part in content if isinstance(part, dict))
+        texts = [part.get("text") for part in content if isinstance(part, dict)]
+        content = "".join(text for text in texts if isinstance(text, str))
     # A model that only thought, or declined, has answered: with nothing.
     return content if isinstance(content, str) else "" if content is None else None

@@ -26,7 +26,7 @@ class ChatSettings:
         max_tokens_field: what the server calls the longest answer: "max_tokens" or, for newer hosted models,
             "max_completion_tokens".
         image_format: "png" or "jpeg".
-        timeout_s: seconds to wait for an answer at each attempt.
+        timeout_s: seconds for a whole answer at each attempt, from connecting to its last byte.
         max_attempts: attempts at a request before it counts as unanswered.
         max_parallel: requests under way at once; one request a row of a batch.
     """

@@ -34,12 +34,14 @@ def completion(content: Any) -> str:
 
 @dataclass
 class Reply:
-    """What the server does with one request; a body that is no text is what the completion says."""
+    """What the server does with one request: ``drips`` its header or body a byte at a time, or never ends its body."""
 
     status: int = 200
     body: str = completion("grasp the red block")
     headers: dict[str, str] = field(default_factory=dict)
     hang: bool = False
+    drips: str = ""
+    endless: bool = False
 
 
 class Server(ThreadingHTTPServer):
@@ -54,6 +56,9 @@ class Server(ThreadingHTTPServer):
         self.headers: list[dict[str, str]] = []
         self.times: list[float] = []
         self.release = threading.Event()
+        self.left = threading.Event()
+        """Set when the other side has closed a connection on which a reply did not end."""
+        self.sent = 0
         self.together: threading.Barrier | None = None
         self.under_way = self.most_under_way = 0
         self.lock = threading.Lock()
@@ -83,6 +88,8 @@ class Handler(BaseHTTPRequestHandler):
             server.under_way -= 1
         if reply.hang:
             server.release.wait(timeout=20)
+        if reply.drips or reply.endless:
+            return self._never_end(reply)
         body = reply.body.encode()
         self.send_response(reply.status)
         for name, value in {"Content-Type": "application/json", **reply.headers}.items():
@@ -90,6 +97,20 @@ class Handler(BaseHTTPRequestHandler):
         self.send_header("Content-Length", str(len(body)))
         self.end_headers()
         self.wfile.write(body)
+
+    def _never_end(self, reply: Reply) -> None:
+        """Send without end, until the other side has enough or the test is over."""
+        self.close_connection = True
+        head = b"HTTP/1.1 200 OK\r\nContent-Type: application/json\r\n"
+        self.wfile.write(head if reply.drips == "header" else head + b"\r\n")
+        piece = b" " * 65536 if reply.endless else b"x"
+        try:
+            while not self.server.release.wait(timeout=0 if reply.endless else 0.02):
+                self.wfile.write(piece)
+                self.wfile.flush()
+                self.server.sent += len(piece)
+        except OSError:
+            self.server.left.set()
 
     def log_message(self, *_: Any) -> None:
         pass

@@ -1,3 +1,5 @@
+import base64
+import json
 import logging
 import sys
 import traceback
@@ -5,7 +7,8 @@ import traceback
 import pytest
 
 from lerobot_llakey.errors import LlakeyError
-from lerobot_llakey.policies.command.chat.client import ChatClient
+from lerobot_llakey.policies.command.chat import client as chat_client
+from lerobot_llakey.policies.command.chat.client import MOST_BYTES, ChatClient
 from lerobot_llakey.policies.command.chat.settings import ChatSettings
 
 KEY = "sk-test-0123456789"
@@ -72,7 +75,7 @@ def test_a_server_that_does_not_answer_in_time_is_counted(server, reply):
 @pytest.mark.parametrize(
     "body",
     ["<html>welcome</html>", "", "[]", "{}", '{"choices": []}', '{"choices": [{"message": null}]}', '{"choices": [{}]}']
-    + ['{"choices": [{"message": {"content": 7}}]}'],
+    + ['{"choices": [{"message": {"content": 7}}]}', "[" * 200_000, '{"a":' * 200_000],
 )
 def test_nonsense_is_counted_or_ends_a_run_that_never_had_an_answer(server, client, reply, body):
     server.script = [reply(body=body)]
@@ -87,11 +90,11 @@ def test_a_server_that_is_gone_is_counted_and_one_that_never_was_ends_the_run(se
     client = _reached(ChatClient(server.url, "tiny", ChatSettings(max_attempts=1), 48))
     server.shutdown()
     server.server_close()
-    client._client.close()
+    client._background.result(client._client.close())
     fresh = ChatClient(server.url, "tiny", ChatSettings(max_attempts=1), 48)
     with pytest.raises(LlakeyError, match=r"Expected a chat-completions server at http://127.*, got no connection"):
         fresh.ask(QUESTION)
-    client._client = fresh._client
+    client._client, client._background = fresh._client, fresh._background
     assert client.ask(QUESTION) == ""
     assert client.counts.unanswered == {"no connection": 1}
 
@@ -102,7 +105,8 @@ def test_a_server_that_is_gone_is_counted_and_one_that_never_was_ends_the_run(se
         (401, "set the environment variable OPENAI_API_KEY to a valid key"),
         (403, "set the environment variable OPENAI_API_KEY to a key that may"),
         (404, "check --policy.base_url and --policy.model=tiny"),
-        (400, "no images with key ***; check the model and the chat settings"),
+        (400, "its words repeat the API key and are left out; check the model and the chat settings"),
+        (307, "it sends elsewhere; check --policy.base_url"),
     ],
 )
 def test_a_refusal_ends_the_run_in_one_sentence_without_the_key(server, client, reply, caplog, status, advice):
@@ -118,11 +122,67 @@ def test_a_refusal_ends_the_run_in_one_sentence_without_the_key(server, client, 
     assert f"Bearer {KEY}" not in caplog.text
 
 
+@pytest.mark.parametrize("drips", ["header", "body"])
+def test_a_server_that_drips_is_cut_off_at_the_time_limit(server, reply, drips):
+    server.script = [reply(drips=drips)]
+    client = ChatClient(server.url, "tiny", ChatSettings(max_attempts=2, timeout_s=0.3), 48)
+    assert client.ask(QUESTION) == ""
+    assert (len(server.requests), client.counts.unanswered) == (2, {"time-out": 1})
+    assert server.left.wait(timeout=20)  # its connection is not left open
+
+
+def test_a_body_without_end_is_left_at_the_limit(server, client, reply):
+    server.script = [reply(), reply(endless=True)]
+    assert _reached(client).ask(QUESTION) == ""
+    assert client.counts.unanswered == {"nonsense": 1} and server.left.wait(timeout=20)
+    assert server.sent < 20 * MOST_BYTES  # with what the two sockets hold
+    fresh = ChatClient(server.url, "tiny", ChatSettings(max_attempts=1), 48)
+    with pytest.raises(LlakeyError, match="got an answer of more than 1 MB; start it or correct"):
+        fresh.ask(QUESTION)
+
+
+def test_all_attempts_together_are_bounded_whatever_retry_after_says(server, reply, monkeypatch):
+    monkeypatch.setattr(chat_client, "LONGEST_WAIT", 0.2)
+    server.script = [reply(429, "{}", {"Retry-After": "100"})]
+    client = ChatClient(server.url, "tiny", ChatSettings(max_attempts=3, timeout_s=0.2), 48)
+    assert client.ask(QUESTION) == ""
+    assert (len(server.requests), client.counts.unanswered) == (1, {"time-out": 1})
+
+
+def test_a_server_that_never_answers_again_ends_the_run(server, client, reply, monkeypatch):
+    server.script = [reply(), reply(429, "{}", AT_ONCE)]
+    assert _reached(client).ask(QUESTION) == ""
+    monkeypatch.setattr(chat_client, "GIVE_UP_SECONDS", 0.0)
+    with pytest.raises(LlakeyError, match=r"got none for 0 s \(status 429; 2 of 3 requests unanswered so far\); start"):
+        client.ask(QUESTION)
+
+
+def test_an_answer_starts_the_patience_anew(server, client, reply, monkeypatch):
+    server.script = [reply(429, "{}", AT_ONCE), reply(429, "{}", AT_ONCE), reply(), reply(429, "{}", AT_ONCE)]
+    assert client.ask(QUESTION) == "" and client.ask(QUESTION) == "grasp the red block"
+    assert client._silent_since is None
+
+
+@pytest.mark.parametrize(
+    "said", [KEY, KEY[::-1], KEY[6:16], base64.b64encode(f"it is {KEY}".encode()).decode(), KEY.encode().hex(), "-".join(KEY)]
+)
+def test_an_answer_that_repeats_the_key_is_none_and_never_printed(server, client, reply, caplog, said):
+    server.script = [reply(), reply(body=json.dumps({"choices": [{"message": {"content": said}}]}))]
+    assert _reached(client).ask(QUESTION) == "" and client.counts.unanswered == {"nonsense": 1}
+    server.script = [reply(400, json.dumps({"error": {"message": f"I know: {said}"}}))]
+    with pytest.raises(LlakeyError, match="its words repeat the API key and are left out"):
+        client.ask(QUESTION)
+    assert said not in caplog.text
+
+
 def test_answers_in_parts_and_empty_ones_are_answers(server, client, reply):
     parts = '[{"type": "text", "text": "grasp the "}, {"type": "text", "text": "blue block"}]'
-    bodies = [f'{{"choices": [{{"message": {{"content": {content}}}}}]}}' for content in (parts, "null", '"I am lost"')]
+    number = '[{"text": 7}, {"text": ["a"]}, "b", {"text": "grasp the red block"}]'
+    contents = (parts, "null", '"I am lost"', number)
+    bodies = [f'{{"choices": [{{"message": {{"content": {content}}}}}]}}' for content in contents]
     server.script = [reply(body=body) for body in bodies]
-    assert [client.ask(QUESTION) for _ in bodies] == ["grasp the blue block", "", "I am lost"]
+    said = ["grasp the blue block", "", "I am lost", "grasp the red block"]
+    assert [client.ask(QUESTION) for _ in bodies] == said
     assert (client.counts.unparsable, client.counts.unanswered) == (2, {})
 
 
