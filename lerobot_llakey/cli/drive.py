@@ -87,18 +87,21 @@ def make_session(config: DriveConfig, agent: Agent | None = None) -> Session:
 @parser.wrap()
 def drive(config: DriveConfig) -> None:
     """Start the session and hand it to a front end; close it when the person leaves."""
+    taken = None
     if not config.terminal:
         from lerobot_llakey.drive.page import require_gradio
+        from lerobot_llakey.drive.serving import bind
 
         require_gradio()
+        taken = bind(config.port)
     session = make_session(config)
     try:
-        if config.terminal:
+        if taken is None:
             Terminal(session).talk()
         else:
             from lerobot_llakey.drive.page import serve
 
-            serve(session, config.port, config.browser)
+            serve(session, taken, config.browser)
     except KeyboardInterrupt:
         pass
     finally:

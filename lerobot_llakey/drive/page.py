@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import functools
 import importlib
 import os
+import socket
 import threading
+import webbrowser
 from collections.abc import Callable
 from typing import Any
 
 from lerobot_llakey.drive import markup
+from lerobot_llakey.drive.serving import Served, bind
 from lerobot_llakey.drive.session import Session
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.sim.tasks import task_classes
 
-LOOPBACK = "127.0.0.1"
 _REFRESH_SECONDS = 0.25
 _HOLDS = {"for one step": "once", "until it is done": "done"}
 
@@ -46,6 +49,7 @@ def build_page(session: Session) -> Any:
     def told(command: Callable[..., object]) -> Callable[..., None]:
         """The command, with what is wrong with it shown to the person."""
 
+        @functools.wraps(command)
         def run(*arguments: Any) -> None:
             try:
                 command(*arguments)
@@ -54,9 +58,12 @@ def build_page(session: Session) -> Any:
 
         return run
 
+    def start(name: str, scene: int | None) -> None:
+        session.start(name, 0 if scene is None else scene)
+
     def correct(text: str, hold: str) -> str:
         try:
-            session.correct(text, _HOLDS[hold])  # type: ignore[arg-type]
+            session.correct(text, _HOLDS.get(hold, hold))  # type: ignore[arg-type]
         except ValueError as error:
             session.tell(str(error))
             return text
@@ -94,7 +101,7 @@ def build_page(session: Session) -> Any:
                 goal = gr.Textbox(label="Another goal (empty: the scene's own)", elem_id="goal")
                 change = gr.Button("Change the goal", elem_id="change")
                 with gr.Row():
-                    task = gr.Dropdown(list(task_classes()), value=now.task, label="Task", elem_id="task")
+                    task = gr.Dropdown(list(task_classes()), value=now.task or None, label="Task", elem_id="task")
                     seed = gr.Number(value=now.seed, precision=0, minimum=0, label="Scene", elem_id="seed")
                 begin = gr.Button("Start this scene", elem_id="begin")
         table = gr.HTML(markup.table_html(now))
@@ -110,45 +117,39 @@ def build_page(session: Session) -> Any:
         gr.on([say.click, words.submit], correct, [words, hold], words, **quiet)
         withdraw.click(told(session.withdraw), **quiet)
         gr.on([change.click, goal.submit], told(session.change_goal), goal, **quiet)
-        begin.click(told(lambda name, scene: session.start(name, int(scene or 0))), [task, seed], **quiet)
+        begin.click(told(start), [task, seed], **quiet)
         gr.Timer(_REFRESH_SECONDS).tick(refresh, version, [pictures, standing, table, version], **quiet)
     return page
 
 
-def open_page(session: Session, port: int, browser: bool = False) -> tuple[Any, str]:
+def open_page(session: Session, taken: socket.socket | None = None, browser: bool = False) -> Served:
     """Serve the page of a session from a thread of its own.
 
     Args:
         session: with an episode started.
-        port: on the loopback address; 0 for any free one.
+        taken: the port, from :func:`~lerobot_llakey.drive.serving.bind`; any free one where None.
         browser: open it in the browser.
 
     Returns:
-        The page, which its ``close()`` takes down, and its address.
+        The page, with its address, which its ``close()`` takes down.
 
     Raises:
-        RuntimeError: if gradio is not installed, or the port is taken.
+        LlakeyError: if gradio is not installed.
     """
+    gr = require_gradio()
     page = build_page(session)
-    try:
-        _, address, _ = page.launch(
-            server_name=LOOPBACK,
-            server_port=port or None,
-            inbrowser=browser,
-            share=False,
-            quiet=True,
-            ssr_mode=False,
-            prevent_thread_lock=True,
-        )
-    except OSError as error:
-        raise LlakeyError(f"Expected a free port, got {port}, which is taken; give another --port.") from error
-    return page, address
+    app = importlib.import_module("fastapi").FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
+    gr.mount_gradio_app(app, page, path="/", footer_links=[], run_history=False, ssr_mode=False, mcp_server=False)
+    served = Served(app, bind(0) if taken is None else taken)
+    if browser:
+        webbrowser.open(served.address)
+    return served
 
 
-def serve(session: Session, port: int, browser: bool) -> None:
+def serve(session: Session, taken: socket.socket, browser: bool) -> None:
     """Serve the page until the process is interrupted (Ctrl-C)."""
-    page, address = open_page(session, port, browser)
-    print(f"llakey drive: {address} (Ctrl-C ends it)", flush=True)
+    page = open_page(session, taken, browser)
+    print(f"llakey drive: {page.address} (Ctrl-C ends it)", flush=True)
     try:
         threading.Event().wait()
     finally:

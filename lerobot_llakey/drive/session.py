@@ -6,8 +6,10 @@ import logging
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import Any, get_args
 
 from lerobot_llakey import schema
+from lerobot_llakey.bounds import require_count
 from lerobot_llakey.drive.board import Board
 from lerobot_llakey.drive.driver import Driver
 from lerobot_llakey.drive.hints import read_instruction
@@ -17,6 +19,10 @@ from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.hierarchy.commanders.corrections import Hold
 from lerobot_llakey.sim.env import LlakeySimEnv
 from lerobot_llakey.sim.tasks import parse_tasks
+
+
+LONGEST_GOAL = 1000
+"""Characters of the longest text that a drive takes from a person."""
 
 
 class Session:
@@ -79,13 +85,14 @@ class Session:
         Raises:
             ValueError: if the task is unknown or more than one, or the seed out of range.
         """
-        tasks = parse_tasks(task)
+        tasks = parse_tasks(_text("a task's name", task))
         if len(tasks) != 1:
             raise LlakeyError(f"Expected one task, got {task!r}; name one, and start the others later.")
+        require_count("the scene", seed)
         schema.scene_seed(self._split, seed)
         with self._board.changed:
             self._driver.wishes.clear()
-            self._board.publish(phase="preparing", running=False, proposal=None, note="")
+            self._board.publish(phase="preparing", running=False, proposal=None, note="", task=tasks[0], seed=seed)
         self._submit(lambda: self._driver.begin(tasks[0], seed))
 
     def step(self) -> None:
@@ -112,8 +119,8 @@ class Session:
         Raises:
             ValueError: if there is no episode, or no step to take.
         """
-        if steps is not None and steps < 1:
-            raise LlakeyError(f"Expected at least 1 step to run, got {steps}; say how many.")
+        if steps is not None:
+            require_count("the steps to run", steps, 1)
         with self._board.changed:
             if self._board.now.running:
                 return
@@ -146,8 +153,11 @@ class Session:
             The instruction in its canonical wording.
 
         Raises:
-            ValueError: if the text is no basic action, or there is no episode; nothing changes then.
+            LlakeyError: if the text is no basic action, or there is no episode; nothing changes then.
         """
+        text = _text("an instruction", text, None if not self.free_text else LONGEST_GOAL)
+        if hold not in get_args(Hold):
+            raise LlakeyError(f"Expected how long the words hold, out of {get_args(Hold)}, got {hold!r}; pick one.")
         instruction = text.strip() if self.free_text else read_instruction(text, self.known)
         self._wish(lambda: self._corrections.say(ROW, instruction, hold))
         return instruction
@@ -157,7 +167,12 @@ class Session:
         self._wish(lambda: self._corrections.withdraw(ROW))
 
     def change_goal(self, text: str) -> None:
-        """Give the policy another skill instruction, "" for the scene's own; the simulator judges the latter alone."""
+        """Give the policy another skill instruction, "" for the scene's own; the simulator judges the latter alone.
+
+        Raises:
+            LlakeyError: if it is no text or longer than ``LONGEST_GOAL``, or there is no episode; nothing changes then.
+        """
+        text = _text("a goal", text)
         self._wish(lambda: self._corrections.change_task(ROW, text))
 
     def tell(self, note: str) -> None:
@@ -197,3 +212,16 @@ class Session:
             logging.exception("The drive failed.")
             self._driver.going = False
             self._board.publish(phase="failed", running=False, proposal=None, note=str(error))
+
+
+def _text(what: str, value: Any, longest: int | None = LONGEST_GOAL) -> str:
+    """What came from a front end, if it is a text; pages of others send anything.
+
+    Raises:
+        LlakeyError: if it is none, or longer than ``longest``.
+    """
+    if not isinstance(value, str):
+        raise LlakeyError(f"Expected {what} as text, got {type(value).__name__}; write it in words.")
+    if longest is not None and len(value) > longest:
+        raise LlakeyError(f"Expected {what} of at most {longest} characters, got {len(value)}; say it in fewer words.")
+    return value

@@ -42,6 +42,18 @@ def test_terminal_without_a_value_and_a_missing_page(
     assert asked == [True]  # told before a policy is loaded
 
 
+@pytest.mark.parametrize(("port", "said"), [("99999", "from 0 to 65535, got 99999"), ("-1", "got -1")])
+def test_a_port_out_of_range_is_told_before_a_policy_is_loaded(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture, port: str, said: str
+) -> None:
+    pytest.importorskip("gradio")
+    monkeypatch.setattr(drive, "make_session", lambda config: pytest.fail("the policy was loaded"))
+    monkeypatch.setattr(sys, "argv", ["llakey drive", f"--port={port}"])
+    with pytest.raises(SystemExit):
+        drive.main()
+    assert said in capsys.readouterr().err
+
+
 class _Silent(ModuleType):
     def __init__(self) -> None:
         super().__init__("silent")

@@ -1,13 +1,18 @@
 """The page, in a real browser without a screen: start, watch, correct, change the goal, stop."""
 
 import importlib
+import json
 import shutil
+import warnings
+from collections.abc import Iterator
 from typing import Any
 from urllib.parse import urlparse
 
+import httpx
 import pytest
 
 from lerobot_llakey.drive.page import build_page, open_page, require_gradio
+from lerobot_llakey.drive.serving import Served
 from lerobot_llakey.drive.session import Session
 from lerobot_llakey.errors import LlakeyError
 
@@ -29,7 +34,7 @@ def test_start_watch_correct_change_the_goal_stop(session: Session) -> None:
     path = _browser()
     session.start("open_drawer", 3)
     own_goal = session.settle().own_goal
-    page, address = open_page(session, port=0)
+    page = open_page(session)
     asked: list[str] = []
     try:
         with playwright.sync_playwright() as runner:
@@ -38,7 +43,7 @@ def test_start_watch_correct_change_the_goal_stop(session: Session) -> None:
             tab.set_default_timeout(PATIENCE)
             playwright.expect.set_options(timeout=PATIENCE)
             tab.on("request", lambda request: asked.append(request.url))
-            tab.goto(address)
+            tab.goto(page.address)
             _drive(tab, playwright.expect, own_goal)
             browser.close()
     finally:
@@ -83,6 +88,81 @@ def _drive(tab: Any, expect: Any, own_goal: str) -> None:
     expect(tab.locator("#drive-video")).to_contain_text("Steps and video")
     tab.click("#accept")
     expect(note).to_contain_text("got a drive that is over")
+
+
+@pytest.fixture
+def page(session: Session) -> Iterator[Served]:
+    pytest.importorskip("gradio")
+    session.start("open_drawer", 3)
+    page = open_page(session)
+    yield page
+    page.close()
+
+
+def _event(page: Served, name: str, data: list[Any]) -> dict[str, Any]:
+    """What comes of an event of the page, sent as its own script would, by the name of the function behind it."""
+    known = httpx.get(page.address + "config").json()["dependencies"]
+    number = [event["id"] for event in known if event["api_name"] == name][0]
+    asked = {"data": data, "fn_index": number, "session_hash": "test"}
+    httpx.post(page.address + "gradio_api/queue/join", json=asked).raise_for_status()
+    answers = page.address + "gradio_api/queue/data?session_hash=test"
+    with httpx.stream("GET", answers, timeout=PATIENCE / 1000) as told:
+        messages = (json.loads(line.removeprefix("data:")) for line in told.iter_lines() if line.startswith("data:"))
+        return next(message for message in messages if message["msg"] == "process_completed")
+
+
+def test_the_page_answers_to_its_own_address_alone(page: Served, session: Session) -> None:
+    assert httpx.get(page.address).status_code == 200
+    evil = "http://evil.com"
+    for headers in ({"Host": "evil.com"}, {"Host": "evil.com", "Origin": evil}, {"Origin": evil}, {"Origin": "null"}):
+        for path in ("", "config", "gradio_api/info"):
+            answer = httpx.get(page.address + path, headers=headers)
+            assert answer.status_code == 403 and "access-control-allow-origin" not in answer.headers
+        step = {"data": [], "fn_index": 0, "session_hash": "theirs"}
+        assert httpx.post(page.address + "gradio_api/queue/join", json=step, headers=headers).status_code == 403
+    assert not session.settle().steps
+
+
+def test_the_page_takes_no_files_and_no_long_texts(page: Served) -> None:
+    files = {"files": ("a.txt", b"words")}
+    assert httpx.post(page.address + "gradio_api/upload", files=files).status_code == 403
+    long = {"data": ["grasp " * 2_000_000], "fn_index": 0, "session_hash": "theirs"}
+    try:
+        assert httpx.post(page.address + "gradio_api/queue/join", json=long).status_code == 413
+    except httpx.TransportError:  # refused while it was still being sent
+        pass
+
+
+def test_whatever_a_test_page_sends_is_answered_and_the_drive_goes_on(page: Served, session: Session) -> None:
+    before = session.settle()
+    for event, data in (
+        ("correct", [None, None]),
+        ("correct", [["raise the robotic arm"], {"a": 1}]),
+        ("correct", ["rotate the " + "a to the " * 5000, "for one step"]),
+        ("change_goal", [None]),
+        ("change_goal", ["g" * 5000]),
+        ("start", ["open_drawer", 1e300]),
+        ("start", ["open_drawer", "three"]),
+        ("start", [None, 3]),
+    ):
+        session.tell("")
+        answered = _event(page, event, data)
+        now = session.settle()
+        assert now.phase == "waiting" and now.proposal is not None
+        assert now.note.startswith("Expected") or not answered["success"]
+        assert len(now.note) < 900 and (now.task, now.seed, now.goal) == (before.task, before.seed, before.goal)
+
+
+def test_the_page_is_made_without_a_warning_before_the_first_scene_is_there(session: Session) -> None:
+    pytest.importorskip("gradio")
+    with warnings.catch_warnings(record=True) as seen:
+        warnings.simplefilter("always")
+        build_page(session)  # before any scene
+        session.start("close_jar", 1)
+        page = build_page(session)
+    assert not [str(warning.message) for warning in seen if "Dropdown" in str(warning.message)]
+    boxes = {part["props"].get("label"): part["props"] for part in page.config["components"]}
+    assert boxes["Task"]["value"] == "close_jar" and boxes["Scene"]["value"] == 1
 
 
 def test_without_gradio_one_sentence_says_what_to_install(session: Session, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -60,5 +60,5 @@ def test_a_reset_forgets() -> None:
 
 
 def test_more_than_one_row_is_refused() -> None:
-    with pytest.raises(ValueError, match="one row"):
+    with pytest.raises(ValueError, match="row 0 alone"):
         Remembering(_Fickle()).ask({}, [0, 1], ["", ""])

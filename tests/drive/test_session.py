@@ -200,7 +200,7 @@ def test_a_drive_out_of_steps_is_over(session: Session) -> None:
     [
         ("open_door", 0, "got 'open_door'"),
         ("open_drawer,close_jar", 0, "Expected one task"),
-        ("close_jar", -1, "Expected an episode index"),
+        ("close_jar", -1, "Expected the scene to be a whole number of 0 or more"),
     ],
 )
 def test_a_scene_that_does_not_exist_is_told_at_once(session: Session, task: str, seed: int, message: str) -> None:
@@ -250,3 +250,31 @@ def test_closing_ends_the_episode(session: Session) -> None:
     folder = _start(session).folder
     session.close()
     assert (folder / "video.mp4").exists()
+
+
+@pytest.mark.parametrize("task", [None, 3, ["open_drawer"], "o" * 10_000_000, "open_drawer,close_jar", ""])
+def test_a_task_that_is_none_is_refused(session: Session, task: Any) -> None:
+    with pytest.raises(ValueError, match="Expected") as error:
+        session.start(task, 0)
+    assert session.snapshot().task == "" and len(str(error.value)) < 500
+
+
+@pytest.mark.parametrize("seed", [None, "3", 1.0, True, -1, 10**12, [3]])
+def test_a_scene_that_is_none_is_refused(session: Session, seed: Any) -> None:
+    with pytest.raises(ValueError, match="Expected"):
+        session.start("open_drawer", seed)
+
+
+def test_texts_of_front_ends_are_held_to_kind_and_length(session: Session) -> None:
+    session.start("open_drawer", 3)
+    assert (session.snapshot().task, session.snapshot().seed) == ("open_drawer", 3)  # known at once
+    for text in (None, 7, ["raise the robotic arm"], "g" * 10_000_000):
+        for command in (session.correct, session.change_goal):
+            with pytest.raises(ValueError, match="Expected") as error:
+                command(text)
+            assert len(str(error.value)) < 900
+    with pytest.raises(ValueError, match="how long the words hold"):
+        session.correct("raise the robotic arm", None)  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="the steps to run"):
+        session.run("all")  # type: ignore[arg-type]
+    assert session.settle().phase == "waiting" and session.snapshot().goal == session.snapshot().own_goal
