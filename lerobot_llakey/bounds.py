@@ -51,7 +51,7 @@ def _range(low: float, high: float, open: str = "") -> str:
     if math.isinf(low) and math.isinf(high):
         return " that is finite"
     if math.isinf(high):
-        return f" above {low:g}" if above else f" of {low:g} or more"
+        return f" above {low}" if above else f" of {low} or more"
     if math.isinf(low):
-        return f" below {high:g}" if below else f" of {high:g} or less"
-    return f" {'above' if above else 'from'} {low:g} {'and below' if below else 'to'} {high:g}"
+        return f" below {high}" if below else f" of {high} or less"
+    return f" {'above' if above else 'from'} {low} {'and below' if below else 'to'} {high}"

@@ -2,8 +2,9 @@
 
 An instruction is a template filled with a pose out of ``POSES`` and noun phrases ("the red block"). Noun phrases may
 not hold the words that join templates ("to", "and", "in", ...), so every text has at most one reading and
-``parse(render(instruction)) == instruction``. A longer text than ``LONGEST`` is none: people and models may write
-anything, and looking for a template in a text takes the square of its length. Source: section IV-B of the paper, where sixteen templates are named.
+``parse(render(instruction)) == instruction``. A text longer than ``LONGEST`` is none: people and models may write
+anything, and looking for a template in a text takes the square of its length. Source: section IV-B of the paper, where
+sixteen templates are named.
 """
 
 from __future__ import annotations

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from lerobot.configs import parser
 from lerobot.datasets.lerobot_dataset import LeRobotDataset
 
+from lerobot_llakey.cli.command_line import with_options
 from lerobot_llakey.cli.errors import one_sentence
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.evaluation.abilities.files import write_abilities
@@ -63,7 +63,7 @@ def command_policy(policy: Any, path: str) -> Any:
     return command
 
 
-@parser.wrap()
+@with_options
 def run(config: AbilitiesConfig) -> None:
     """Measure, print the tables, write the results."""
     agent = Agent.load(config.policy_path)

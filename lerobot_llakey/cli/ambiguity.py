@@ -8,8 +8,7 @@ llakey ambiguity --action_path=outputs/action/checkpoints/last/pretrained_model 
 from dataclasses import dataclass
 from pathlib import Path
 
-from lerobot.configs import parser
-
+from lerobot_llakey.cli.command_line import with_options
 from lerobot_llakey.cli.errors import one_sentence
 from lerobot_llakey.experiments.ambiguity import PAGE, Ambiguity
 from lerobot_llakey.experiments.runner import run_stages
@@ -40,7 +39,7 @@ class AmbiguityConfig(AmbiguitySettings):
     output_dir: Path = Path("outputs/ambiguity")
 
 
-@parser.wrap()
+@with_options
 def run(config: AmbiguityConfig) -> None:
     """Do what is not done, print the table."""
     for kind, recipe in _RECIPES.items():

@@ -9,9 +9,9 @@ llakey bench --part=action --output_dir=outputs/bench
 from dataclasses import dataclass
 from pathlib import Path
 
-from lerobot.configs import parser
 from lerobot.utils.device_utils import auto_select_torch_device
 
+from lerobot_llakey.cli.command_line import with_options
 from lerobot_llakey.cli.errors import one_sentence
 from lerobot_llakey.cli.output import write_results
 from lerobot_llakey.evaluation.bench import bench_in_temporary_folder
@@ -39,7 +39,7 @@ class BenchConfig:
     output_dir: Path | None = None
 
 
-@parser.wrap()
+@with_options
 def run(config: BenchConfig) -> None:
     """Measure, print the figures, write the results."""
     device = config.device or str(auto_select_torch_device())

@@ -8,8 +8,7 @@ llakey compose --split=true --policy_path=outputs/llakey --output_dir=outputs/pa
 from dataclasses import dataclass
 from pathlib import Path
 
-from lerobot.configs import parser
-
+from lerobot_llakey.cli.command_line import with_options
 from lerobot_llakey.cli.errors import one_sentence
 from lerobot_llakey.errors import LlakeyError
 
@@ -50,7 +49,7 @@ class ComposeConfig:
             )
 
 
-@parser.wrap()
+@with_options
 def run(config: ComposeConfig) -> None:
     """Join the parts, or take them apart, and say where they went."""
     config.check()

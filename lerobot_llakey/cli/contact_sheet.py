@@ -6,12 +6,10 @@ llakey contact-sheet --task=all --output=docs/tasks.png
 from dataclasses import dataclass
 from pathlib import Path
 
-import cv2
-from lerobot.configs import parser
-
 from lerobot_llakey import schema
+from lerobot_llakey.cli.command_line import with_options
 from lerobot_llakey.cli.errors import one_sentence
-from lerobot_llakey.errors import LlakeyError
+from lerobot_llakey.cli.output import write_png
 from lerobot_llakey.evaluation.contact_sheet import contact_sheet
 from lerobot_llakey.sim.tasks import parse_tasks
 
@@ -35,14 +33,11 @@ class ContactSheetConfig:
     actions: int = 2
 
 
-@parser.wrap()
+@with_options
 def run(config: ContactSheetConfig) -> None:
     """Draw the page and write it."""
-    if config.output.suffix != ".png":
-        raise LlakeyError(f"Expected a PNG file as output, got {config.output}; let its name end with .png.")
     page = contact_sheet(parse_tasks(config.task), schema.scene_seed(config.split, config.seed), config.actions)
-    config.output.parent.mkdir(parents=True, exist_ok=True)
-    cv2.imwrite(str(config.output), page[..., ::-1], [cv2.IMWRITE_PNG_COMPRESSION, 9])
+    write_png(config.output, page)
     print(config.output)
 
 

@@ -7,15 +7,16 @@ llakey demo --policy_path=expert --task=all --disturbance=drop
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from lerobot.configs import parser
 from tqdm import tqdm
 
+from lerobot_llakey.cli.command_line import with_options
 from lerobot_llakey.cli.errors import one_sentence
 from lerobot_llakey.cli.output import write_results
 from lerobot_llakey.evaluation.film import Film
 from lerobot_llakey.evaluation.rollout import Actor, Agent, Episode, Expert, run_episode
 from lerobot_llakey.evaluation.tables import success_table
 from lerobot_llakey.evaluation.workers import run_jobs
+from lerobot_llakey.sim.disturbances import check_disturbance
 from lerobot_llakey.sim.env import LlakeySimEnv
 from lerobot_llakey.sim.tasks import parse_tasks
 
@@ -36,7 +37,7 @@ class DemoConfig:
         disturbance: what disturbs each episode: drop, block, shift, empty_grasp or imprecise; nothing where empty.
         oracle: let the expert say the instructions, so that only the action policy is shown.
         detailed: show the robot's detailed meshes in the videos.
-        num_workers: processes that run episodes at the same time.
+        num_workers: processes that run episodes at the same time; one for each CPU core where 0.
         output_dir: folder for results.json and videos/.
     """
 
@@ -61,11 +62,12 @@ def run(config: DemoConfig) -> list[Episode]:
         ValueError: if a task is unknown.
     """
     tasks = parse_tasks(config.task)
+    check_disturbance(config.disturbance)
     jobs = [(config, task, index) for index in range(config.num_episodes) for task in tasks]
     (config.output_dir / "videos").mkdir(parents=True, exist_ok=True)
     episodes = []
     with tqdm(total=len(jobs), desc="episodes", unit="episode") as progress:
-        for episode in run_jobs(_episode, jobs, max(1, config.num_workers)):
+        for episode in run_jobs(_episode, jobs, config.num_workers):
             episodes.append(episode)
             progress.update()
             progress.set_postfix(solved=f"{sum(e.success for e in episodes)}/{len(episodes)}")
@@ -106,7 +108,7 @@ def _episode(config: DemoConfig, task: str, index: int) -> Episode:
     return episode
 
 
-@parser.wrap()
+@with_options
 def show(config: DemoConfig) -> None:
     """Run the episodes, then print the table."""
     print(success_table(run(config)))

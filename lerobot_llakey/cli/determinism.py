@@ -5,9 +5,8 @@ llakey determinism --task=all
 
 from dataclasses import dataclass
 
-from lerobot.configs import parser
-
 from lerobot_llakey import schema
+from lerobot_llakey.cli.command_line import with_options
 from lerobot_llakey.cli.errors import one_sentence
 from lerobot_llakey.evaluation.determinism import WAYS, determinism
 from lerobot_llakey.evaluation.tables import markdown_table
@@ -29,7 +28,7 @@ class DeterminismConfig:
     seed: int = 0
 
 
-@parser.wrap()
+@with_options
 def run(config: DeterminismConfig) -> None:
     """Run, print the digests' beginnings; status 1 if two of a task differ."""
     schema.scene_seed(config.split, config.seed + 1)

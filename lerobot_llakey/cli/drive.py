@@ -8,8 +8,7 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-from lerobot.configs import parser
-
+from lerobot_llakey.cli.command_line import with_options
 from lerobot_llakey.cli.errors import one_sentence
 from lerobot_llakey.drive.pilot import Pilot
 from lerobot_llakey.drive.session import Session
@@ -84,7 +83,7 @@ def make_session(config: DriveConfig, agent: Agent | None = None) -> Session:
     return session
 
 
-@parser.wrap()
+@with_options
 def drive(config: DriveConfig) -> None:
     """Start the session and hand it to a front end; close it when the person leaves."""
     taken = None

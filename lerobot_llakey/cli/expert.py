@@ -7,11 +7,9 @@ llakey expert --task=all --num_episodes=50 --disturbance=drop
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from lerobot.configs import parser
-
+from lerobot_llakey.cli.command_line import with_options
 from lerobot_llakey.cli.errors import one_sentence
 from lerobot_llakey.cli.output import write_results
-from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.evaluation.expert import evaluate_experts, summarise, table
 from lerobot_llakey.sim.tasks import parse_tasks
 
@@ -37,11 +35,9 @@ class ExpertConfig:
     num_workers: int = 0
 
 
-@parser.wrap()
+@with_options
 def run(config: ExpertConfig) -> None:
     """Evaluate, print the table, write the results."""
-    if config.num_episodes < 1:
-        raise LlakeyError(f"Expected num_episodes of 1 or more, got {config.num_episodes}; ask for at least one.")
     tasks = parse_tasks(config.task)
     trials = evaluate_experts(tasks, config.num_episodes, config.split, config.num_workers, config.disturbance)
     summary = summarise(trials)

@@ -7,9 +7,9 @@ llakey keyframe-accuracy --policy_path=checkpoints/llakey_small --repo_id=local/
 from dataclasses import dataclass
 from pathlib import Path
 
-from lerobot.configs import parser
 from lerobot.datasets.lerobot_dataset import LeRobotDataset
 
+from lerobot_llakey.cli.command_line import with_options
 from lerobot_llakey.cli.errors import one_sentence
 from lerobot_llakey.cli.output import write_results
 from lerobot_llakey.evaluation.keyframe_accuracy import keyframe_accuracy
@@ -47,7 +47,7 @@ class KeyframeAccuracyConfig:
     output_dir: Path | None = None
 
 
-@parser.wrap()
+@with_options
 def run(config: KeyframeAccuracyConfig) -> None:
     """Measure, print the table, write the results."""
     dataset = LeRobotDataset(config.repo_id, root=config.root)

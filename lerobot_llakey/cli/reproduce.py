@@ -11,6 +11,7 @@ from pathlib import Path
 
 from lerobot.configs import parser
 
+from lerobot_llakey.cli.command_line import with_options
 from lerobot_llakey.cli.errors import one_sentence
 from lerobot_llakey.experiments.measure import measured
 from lerobot_llakey.experiments.policies import ACTION, COMMAND
@@ -64,7 +65,7 @@ def reproduce(config: ReproduceConfig) -> None:
     print(f"report: {path}")
 
 
-@parser.wrap()
+@with_options
 def run(config: ReproduceConfig) -> None:
     """Reproduce."""
     reproduce(config)

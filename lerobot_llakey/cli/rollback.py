@@ -7,8 +7,7 @@ llakey rollback --rows=checkpoints/llakey_small --task=close_jar --disturbance=d
 from dataclasses import dataclass
 from pathlib import Path
 
-from lerobot.configs import parser
-
+from lerobot_llakey.cli.command_line import with_options
 from lerobot_llakey.cli.errors import one_sentence
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.evaluation.protocol.experiment import Output, foresee, report_rollback, run_experiment
@@ -52,7 +51,7 @@ class RollbackConfig:
     output_dir: Path = Path("outputs/rollback")
 
 
-@parser.wrap()
+@with_options
 def run(config: RollbackConfig) -> None:
     """Run the episodes that are missing, write everything, print the table."""
     events = tuple(event.strip() for event in config.disturbance.split(",") if event.strip())

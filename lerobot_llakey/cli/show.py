@@ -7,12 +7,11 @@ llakey show --policy_path=checkpoints/llakey_small --repo_id=local/llakey_keyste
 from dataclasses import dataclass
 from pathlib import Path
 
-import cv2
-from lerobot.configs import parser
 from lerobot.datasets.lerobot_dataset import LeRobotDataset
 
+from lerobot_llakey.cli.command_line import with_options
 from lerobot_llakey.cli.errors import one_sentence
-from lerobot_llakey.errors import LlakeyError
+from lerobot_llakey.cli.output import write_png
 from lerobot_llakey.evaluation.looking import look
 from lerobot_llakey.evaluation.rerun_file import require_rerun, write_rerun
 from lerobot_llakey.evaluation.rollout import Agent
@@ -40,7 +39,7 @@ class ShowConfig:
     rerun: Path | None = None
 
 
-@parser.wrap()
+@with_options
 def run(config: ShowConfig) -> None:
     """Decide on the frame, write the page, print the errors."""
     if config.rerun is not None:
@@ -48,9 +47,7 @@ def run(config: ShowConfig) -> None:
     dataset = LeRobotDataset(config.repo_id, root=config.root)
     agent = Agent.load(config.policy_path)
     seen = look(agent.policy, dataset, config.index, agent.preprocessor)
-    config.output.parent.mkdir(parents=True, exist_ok=True)
-    if not cv2.imwrite(str(config.output), page(seen)[..., ::-1]):
-        raise LlakeyError(f"Expected to write the page to {config.output}, got refused; choose another --output.")
+    write_png(config.output, page(seen))
     if config.rerun is not None:
         write_rerun(seen, config.rerun)
     print("\n".join([*report(seen), f"page: {config.output}"]))

@@ -6,11 +6,9 @@ llakey stress --task=all --num_actions=10000
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from lerobot.configs import parser
-
+from lerobot_llakey.cli.command_line import with_options
 from lerobot_llakey.cli.errors import one_sentence
 from lerobot_llakey.cli.output import write_results
-from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.evaluation.stress import stress
 from lerobot_llakey.evaluation.tables import markdown_table
 from lerobot_llakey.sim.tasks import parse_tasks
@@ -35,11 +33,9 @@ class StressConfig:
     output_dir: Path | None = None
 
 
-@parser.wrap()
+@with_options
 def run(config: StressConfig) -> None:
     """Act at random, print the table, write the results; status 1 if something went wrong."""
-    if config.num_actions < 1:
-        raise LlakeyError(f"Expected num_actions of 1 or more, got {config.num_actions}; ask for at least one.")
     found = stress(parse_tasks(config.task), config.num_actions, config.split, config.num_workers)
     header = (
         "task",

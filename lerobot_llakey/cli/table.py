@@ -7,8 +7,7 @@ llakey table --rows=checkpoints/llakey_small --task=open_drawer,close_jar,move_b
 from dataclasses import dataclass
 from pathlib import Path
 
-from lerobot.configs import parser
-
+from lerobot_llakey.cli.command_line import with_options
 from lerobot_llakey.cli.errors import one_sentence
 from lerobot_llakey.evaluation.protocol.experiment import Output, foresee, report_table, run_experiment
 from lerobot_llakey.evaluation.protocol.lower_part import AbilitySamples
@@ -59,7 +58,7 @@ class TableConfig:
     output_dir: Path = Path("outputs/table")
 
 
-@parser.wrap()
+@with_options
 def run(config: TableConfig) -> None:
     """Run the episodes that are missing, write everything, print the tables."""
     plan = Plan(

@@ -61,9 +61,11 @@ class Guard:
         """Status and sentence for a request whose head is refused; an empty sentence for any other."""
         hosts, origins = (_all(scope, name) for name in (b"host", b"origin"))
         if len(hosts) != 1 or hosts[0] not in self._hosts:
-            return 403, f"Expected this page's own address, got {', '.join(hosts)[:80] or 'none'!r}; open the page itself."
+            came = ", ".join(hosts)[:80] or "none"
+            return 403, f"Expected this page's own address, got {came!r}; open the page itself."
         if any(origin != f"http://{hosts[0]}" for origin in origins):
-            return 403, f"Expected a request of this page, got one of {', '.join(origins)[:80]!r}; open the page itself."
+            came = ", ".join(origins)[:80]
+            return 403, f"Expected a request of this page, got one of {came!r}; open the page itself."
         if "upload" in scope["path"]:
             return 403, "Expected words, got a file; the page takes none."
         return 200, ""

@@ -34,8 +34,8 @@ def explain(text: str, known: Iterable[str] = ()) -> str:
     near = nearest_known(text, known)
     hint = f"did you mean {near!r}? The" if near else "the"
     return (
-        f"Expected a basic action, got {instructions.shortened(text)}; {hint} nearest forms are {'; '.join(nearest_forms(text))}. "
-        "Nothing was moved."
+        f"Expected a basic action, got {instructions.shortened(text)}; {hint} nearest forms are "
+        f"{'; '.join(nearest_forms(text))}. Nothing was moved."
     )
 
 

@@ -20,7 +20,6 @@ from lerobot_llakey.policies.hierarchy.commanders.corrections import Hold
 from lerobot_llakey.sim.env import LlakeySimEnv
 from lerobot_llakey.sim.tasks import parse_tasks
 
-
 LONGEST_GOAL = 1000
 """Characters of the longest text that a drive takes from a person."""
 

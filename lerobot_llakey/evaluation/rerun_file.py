@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.evaluation.looking import Look
 from lerobot_llakey.evaluation.oblique import gripper_lines
 from lerobot_llakey.evaluation.show import PREDICTED, TRUE, heat_over, report
+from lerobot_llakey.files import replacing
 
 
 def require_rerun() -> ModuleType:
@@ -36,9 +38,14 @@ def write_rerun(look: Look, path: Path) -> None:
         ValueError: if rerun is not installed.
     """
     rerun = require_rerun()
-    path.parent.mkdir(parents=True, exist_ok=True)
     recording = rerun.RecordingStream("llakey_show")
-    recording.save(str(path))
+    with replacing(path) as fresh:
+        recording.save(str(fresh))
+        _record(look, rerun, recording)
+        recording.flush()
+
+
+def _record(look: Look, rerun: ModuleType, recording: Any) -> None:
     recording.log("words", rerun.TextDocument("\n\n".join(report(look))))
     recording.log("world", rerun.ViewCoordinates.RIGHT_HAND_Z_UP)
     colours = (np.clip(look.colours.numpy(), 0, 1) * 255).astype(np.uint8)
@@ -52,4 +59,3 @@ def write_rerun(look: Look, path: Path) -> None:
         for view, name in enumerate(stage.views):
             picture = heat_over(stage.images[view].numpy(), stage.heat[view].numpy())
             recording.log(f"{stage.name}/{name}", rerun.Image(picture))
-    recording.flush()

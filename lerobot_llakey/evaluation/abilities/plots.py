@@ -13,6 +13,7 @@ from lerobot_llakey.evaluation.abilities.report import PAPER_ROWS, title, verbs_
 from lerobot_llakey.evaluation.abilities.score import Score, macro
 from lerobot_llakey.evaluation.protocol import paper
 from lerobot_llakey.evaluation.protocol.statistics import wilson
+from lerobot_llakey.files import replacing
 
 _COLOURS = ("#0072B2", "#E69F00")
 _MARKS = ("D", "o")
@@ -46,7 +47,8 @@ def plot_abilities(measured: Measured, path: Path) -> None:
     axes.set_axisbelow(True)
     axes.spines[["top", "right"]].set_visible(False)
     figure.legend(loc="outside lower center", ncols=2, frameon=False)
-    figure.savefig(path, dpi=_DPI, format="png")
+    with replacing(path) as fresh:
+        figure.savefig(fresh, dpi=_DPI, format="png")
 
 
 def plot_verbs(measured: Measured, path: Path) -> None:
@@ -69,7 +71,8 @@ def plot_verbs(measured: Measured, path: Path) -> None:
         axes.set_xlabel("answered")
         axes.set_ylabel("expected")
         axes.set_title(title(ability))
-    figure.savefig(path, dpi=_DPI, format="png")
+    with replacing(path) as fresh:
+        figure.savefig(fresh, dpi=_DPI, format="png")
 
 
 def verb_matrix(score: Score, verbs: list[str]) -> np.ndarray:

@@ -13,6 +13,7 @@ from lerobot_llakey.evaluation.abilities.way_left import WAYS_LEFT
 from lerobot_llakey.evaluation.protocol import paper
 from lerobot_llakey.evaluation.protocol.statistics import wilson
 from lerobot_llakey.evaluation.tables import markdown_table
+from lerobot_llakey.files import replacing, write_whole
 
 PAPER_ROWS = ("LLaVA 13B (3)", "LLaVA 7B (3)")
 """Rows of the paper's table I that stand beside a measurement."""
@@ -88,7 +89,7 @@ def verbs_of(score: Score) -> list[str]:
 def write_tables(measured: Measured, folder: Path) -> list[Path]:
     """Write ``abilities.md``, ``confusions.csv`` (instructions, wrong answers only) and ``verbs.csv`` (all answers)."""
     report = folder / "abilities.md"
-    report.write_text(markdown(measured), encoding="utf-8")
+    write_whole(report, markdown(measured))
     instructions = [
         (ability, task, *pair, count)
         for ability in ABILITIES
@@ -108,7 +109,7 @@ def _verb_rows(measured: Measured) -> Iterator[tuple[str, str, str, int]]:
 
 
 def _write_csv(path: Path, header: Sequence[str], rows: Iterator[tuple] | Sequence[tuple]) -> None:
-    with path.open("w", newline="", encoding="utf-8") as file:
+    with replacing(path) as fresh, fresh.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(header)
         writer.writerows(rows)

@@ -1,8 +1,8 @@
 """Questions to an OpenAI-compatible server: what is tried again, what is given up, and what stops the run.
 
 The ``openai`` client carries the requests: it waits longer after each failure, with jitter, or as long as Retry-After
-says (up to two minutes), and keeps keys out of its logs. What a server may take is bounded: ``timeout_s`` for each whole
-answer, ``LONGEST_WAIT`` between two attempts on average, ``MOST_BYTES``, and ``GIVE_UP_SECONDS`` without any answer.
+says (up to two minutes), and keeps keys out of its logs. What a server may take is bounded: ``timeout_s`` for each
+whole answer, ``LONGEST_WAIT`` between two attempts on average, ``MOST_BYTES``, and ``GIVE_UP_SECONDS`` of silence.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ log = logging.getLogger(__name__)
 
 MOST_BYTES = 1_000_000
 """Of an answer: an instruction has some dozens, the thoughts of a model some thousands."""
-LONGEST_WAIT = 60.0
+LONGEST_WAIT = 30.0
 """Seconds between two attempts, on average, whatever Retry-After says."""
 GIVE_UP_SECONDS = 600.0
 """After so long without any answer, the run ends; it is asked about between questions, not within one."""
@@ -195,12 +195,14 @@ class ChatClient:
         said = " ".join(str(error.message).split())[:300]
         if self._is_secret(said):
             said = "its words repeat the API key and are left out"
-        reason = _REASONS.get(status, "it sends elsewhere" if 300 <= status < 400 else said)
+        elsewhere = 300 <= status < 400
+        reason = "it sends elsewhere" if elsewhere else _REASONS.get(status, said)
         advice = {
             401: f"set the environment variable {self.settings.api_key_env} to a valid key",
             403: f"set the environment variable {self.settings.api_key_env} to a key that may",
             404: f"check --policy.base_url and --policy.model={self.model}",
-        }.get(status, "check --policy.base_url" if 300 <= status < 400 else "check the model and the chat settings against what the server takes")
+        }.get(status, "check the model and the chat settings against what the server takes")
+        advice = "check --policy.base_url" if elsewhere else advice
         return LlakeyError(
             f"Expected an answer of the chat server at {self.address}, got status {status}: {reason}; {advice}."
         )

@@ -164,7 +164,8 @@ def test_an_answer_starts_the_patience_anew(server, client, reply, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    "said", [KEY, KEY[::-1], KEY[6:16], base64.b64encode(f"it is {KEY}".encode()).decode(), KEY.encode().hex(), "-".join(KEY)]
+    "said",
+    [KEY, KEY[::-1], KEY[6:16], base64.b64encode(f"is {KEY}".encode()).decode(), KEY.encode().hex(), "-".join(KEY)],
 )
 def test_an_answer_that_repeats_the_key_is_none_and_never_printed(server, client, reply, caplog, said):
     server.script = [reply(), reply(body=json.dumps({"choices": [{"message": {"content": said}}]}))]
