@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, get_type_hints
 
 import draccus
+import yaml
 from draccus.utils import DraccusException
 from lerobot.configs import parser
 
@@ -60,7 +61,7 @@ def parse(kind: type, arguments: Sequence[str]) -> Any:
             return draccus.parse(kind, args=rest, exit_on_error=False)
         with reading(Path(file), "YAML file of options"):
             return draccus.parse(kind, file, args=rest, exit_on_error=False)
-    except (DraccusException, ArgumentError) as error:
+    except (DraccusException, ArgumentError, yaml.YAMLError) as error:
         raise _refused(error) from error
 
 

@@ -37,6 +37,8 @@ VERBS: dict[str, tuple[str, str]] = {
     "demo": ("lerobot_llakey.cli.demo", "watch a trained policy do the tasks: a table of successes, and videos"),
 }
 """What can be asked for: verb -> (module with a ``main()``, summary in one line)."""
+RESUMED = ("collect", "table", "rollback", "ambiguity", "reproduce")
+"""Verbs that go on where they were when they are started again with the same options."""
 
 
 def usage(verbs: Mapping[str, tuple[str, str]] = VERBS) -> str:
@@ -62,7 +64,7 @@ def main(argv: Sequence[str] | None = None) -> None:
         argv: verb and options, by default those of the process. The verb's ``main()`` finds its own in ``sys.argv``.
 
     Raises:
-        SystemExit: after ``--help`` (status 0), without a verb or with an unknown one (status 2).
+        SystemExit: after ``--help`` (status 0), without a verb or with an unknown one (status 2), after Ctrl-C (130).
     """
     arguments = list(sys.argv[1:] if argv is None else argv)
     if not arguments:
@@ -77,7 +79,12 @@ def main(argv: Sequence[str] | None = None) -> None:
         raise SystemExit(2)
     module, _ = VERBS[verb]
     sys.argv = [f"llakey {verb}", *options]
-    importlib.import_module(module).main()
+    try:
+        importlib.import_module(module).main()
+    except KeyboardInterrupt:
+        then = "the same command goes on where it was" if verb in RESUMED else "nothing goes on by itself"
+        print(f"\nllakey {verb}: interrupted; {then}.", file=sys.stderr)
+        raise SystemExit(130) from None
 
 
 if __name__ == "__main__":

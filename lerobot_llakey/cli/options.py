@@ -41,7 +41,7 @@ def check_options(config: Any) -> None:
     """
     given = {part.name: getattr(config, part.name) for part in fields(config)}
     for name, value in given.items():
-        if value is not None and name in RULES:
+        if value is not None and name in RULES and not isinstance(value, bool):  # compose's split is a switch
             RULES[name](f"--{name}", value)
     if "split" in given:
         first = given.get("first_seed") or given.get("seed") or 0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import os
+import signal
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -40,13 +41,17 @@ def run_jobs[Result](
         try:
             for future in as_completed([pool.submit(work, *job) for job in jobs]):
                 yield future.result()
-        except BaseException:
+        except BaseException as error:
             pool.shutdown(wait=False, cancel_futures=True)  # an error is told now, not after all other jobs
+            if isinstance(error, KeyboardInterrupt):  # nor after those that are under way
+                for process in tuple(pool._processes.values()) if pool._processes else ():
+                    process.terminate()
             raise
 
 
 def _begin() -> None:
-    """What a process does first: one thread, and no life after the process that started it."""
+    """What a process does first: one thread, no life after the process that started it, and Ctrl-C is left to that."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     torch.set_num_threads(1)
     parent = parent_process()
     if parent is not None:

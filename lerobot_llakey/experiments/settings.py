@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import lerobot_llakey
+from lerobot_llakey.bounds import require_count, require_number
 from lerobot_llakey.errors import LlakeyError, MissingFileError
 from lerobot_llakey.experiments.wordings import TESTS
 
@@ -32,6 +33,11 @@ class TrainingSettings:
     num_workers: int = -1
     save_freq: int = 0
     arguments: list[str] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        for name in ("steps", "batch_size", "save_freq"):
+            require_count(f"{name} of a training", getattr(self, name))
+        require_count("num_workers of a training", self.num_workers, -1)
 
 
 @dataclass
@@ -66,6 +72,8 @@ class DataSettings:
                 "Expected 1 <= action_episodes <= command_episodes <= multi_sequence_episodes and val_episodes >= 1, "
                 f"got {counts} and {self.val_episodes}; correct them."
             )
+        for name in ("recovery", "imprecise"):
+            require_number(f"--data.{name}", getattr(self, name), 0.0, 1.0)
 
 
 @dataclass
@@ -90,6 +98,9 @@ class TrainSettings:
     side_by_side: int = 1
     launcher: str = ""
 
+    def __post_init__(self) -> None:
+        require_count("--train.side_by_side", self.side_by_side, 1, 64)
+
 
 @dataclass
 class TableSettings:
@@ -111,6 +122,11 @@ class TableSettings:
     chat_url: str = ""
     chat_model: str = ""
 
+    def __post_init__(self) -> None:
+        require_count("--table.num_episodes", self.num_episodes, 1, 1_000_000)
+        require_count("--table.repeats", self.repeats, 1, 1000)
+        require_count("--table.num_videos", self.num_videos)
+
 
 @dataclass
 class RollbackSettings:
@@ -125,6 +141,10 @@ class RollbackSettings:
     num_episodes: int = 25
     disturbance: str = "drop,block,shift,empty_grasp"
     num_videos: int = 1
+
+    def __post_init__(self) -> None:
+        require_count("--rollback.num_episodes", self.num_episodes, 1, 1_000_000)
+        require_count("--rollback.num_videos", self.num_videos)
 
 
 @dataclass
@@ -152,6 +172,10 @@ class AmbiguitySettings:
     tests: list[str] = field(default_factory=lambda: list(TESTS))
 
     def __post_init__(self) -> None:
+        require_count("num_episodes of the ambiguity study", self.num_episodes, 1, 1_000_000)
+        require_count("num_demos of the ambiguity study", self.num_demos, 0, 1_000_000)
+        require_count("repeats of the ambiguity study", self.repeats, 1, 1000)
+        require_count("num_videos of the ambiguity study", self.num_videos)
         unknown = [test for test in self.tests if test not in TESTS]
         if unknown or not self.tests:
             raise LlakeyError(f"Expected tests out of {', '.join(TESTS)}, got {self.tests}; correct them.")

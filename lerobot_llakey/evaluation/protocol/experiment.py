@@ -66,6 +66,8 @@ def run_experiment(
         ValueError: if the folder holds results of other settings.
         RuntimeError: if another run is in the folder, or an episode fails.
     """
+    if samples is not None:
+        samples.check()
     found = runnable(rows)
     for row, reason in found.missing.items():
         print(f"skipped: {row} ({reason})")

@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from lerobot.datasets.dataset_metadata import LeRobotDatasetMetadata
 from lerobot.datasets.lerobot_dataset import LeRobotDataset
 from tqdm import tqdm
 
@@ -18,7 +19,7 @@ from lerobot_llakey.evaluation.protocol.markdown import paper_rows
 from lerobot_llakey.evaluation.protocol.rows import Row
 from lerobot_llakey.evaluation.rollout import Agent
 from lerobot_llakey.evaluation.tables import markdown_table
-from lerobot_llakey.files import write_whole
+from lerobot_llakey.files import reading, write_whole
 
 _FILE = "abilities.json"
 
@@ -36,6 +37,15 @@ class AbilitySamples:
     root: str
     repo_id: str
     max_samples: int | None = None
+
+    def check(self) -> None:
+        """Look whether there is such a dataset, before anything is done that it is needed for afterwards.
+
+        Raises:
+            LlakeyError: if there is none, or its description is broken.
+        """
+        with reading(Path(self.root), "dataset"):
+            LeRobotDatasetMetadata(self.repo_id, root=self.root)
 
 
 def measure_rows(rows: Sequence[Row], samples: AbilitySamples, folder: Path) -> dict[str, Any]:
