@@ -82,7 +82,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     try:
         importlib.import_module(module).main()
     except KeyboardInterrupt:
-        then = "the same command goes on where it was" if verb in RESUMED else "nothing goes on by itself"
+        then = "the same command goes on where it was" if verb in RESUMED else "started again, it begins anew"
         print(f"\nllakey {verb}: interrupted; {then}.", file=sys.stderr)
         raise SystemExit(130) from None
 

@@ -8,7 +8,7 @@ import signal
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from multiprocessing import get_context, parent_process
+from multiprocessing import active_children, get_context, parent_process
 from multiprocessing.connection import wait
 from typing import Any
 
@@ -44,7 +44,7 @@ def run_jobs[Result](
         except BaseException as error:
             pool.shutdown(wait=False, cancel_futures=True)  # an error is told now, not after all other jobs
             if isinstance(error, KeyboardInterrupt):  # nor after those that are under way
-                for process in tuple(pool._processes.values()) if pool._processes else ():
+                for process in active_children():
                     process.terminate()
             raise
 

@@ -17,5 +17,5 @@ def test_recoveries_are_printed_and_kept(tmp_path: Path, capsys: pytest.CaptureF
 
 
 def test_no_episodes_are_refused() -> None:
-    with pytest.raises(ValueError, match="num_episodes of 1 or more"):
+    with pytest.raises(ValueError, match="--num_episodes to be a whole number from 1"):
         run(ExpertConfig(num_episodes=0))

@@ -72,3 +72,23 @@ def test_an_unknown_verb_names_the_nearest_in_one_sentence(
 
 def test_a_verb_unlike_any_other_points_to_the_help() -> None:
     assert "llakey --help" in cli.unknown_verb("xyzzy", {"collect": ("module", "summary")})
+
+
+@pytest.mark.parametrize(("verb", "then"), [("echo", "begins anew"), ("table", "goes on where it was")])
+def test_ctrl_c_ends_a_verb_with_one_line(
+    verb: str, then: str, echo: list[list[str]], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def interrupted() -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setitem(cli.VERBS, verb, ("llakey_echo", ""))
+    monkeypatch.setattr(sys.modules["llakey_echo"], "main", interrupted)
+    with pytest.raises(SystemExit) as exit_info:
+        cli.main([verb])
+    said = capsys.readouterr().err
+    assert exit_info.value.code == 130 and f"llakey {verb}: interrupted; " in said and then in said
+    assert said.strip().count("\n") == 0
+
+
+def test_every_verb_that_goes_on_is_a_verb() -> None:
+    assert set(cli.RESUMED) <= set(cli.VERBS)

@@ -21,5 +21,5 @@ def test_what_went_wrong_is_the_exit_status(
 
 
 def test_no_actions_are_refused() -> None:
-    with pytest.raises(ValueError, match="num_actions of 1 or more"):
+    with pytest.raises(ValueError, match="--num_actions to be a whole number from 1"):
         run(StressConfig(num_actions=0))

@@ -64,6 +64,25 @@ def test_no_process_outlives_a_killed_run(tmp_path: Path) -> None:
             os.killpg(run.pid, signal.SIGKILL)
 
 
+def test_ctrl_c_ends_all_processes_at_once_and_says_nothing_of_theirs(tmp_path: Path) -> None:
+    (tmp_path / "sleepers.py").write_text(_SLEEPERS)
+    script = _ORPHANS.format(folder=str(tmp_path)).replace("    list(", "    try:\n        list(")
+    (tmp_path / "main.py").write_text(f"{script}    except KeyboardInterrupt:\n        sys.exit(130)\n")
+    run = subprocess.Popen(
+        [sys.executable, str(tmp_path / "main.py")], start_new_session=True, stderr=subprocess.PIPE, text=True
+    )
+    try:
+        _until(lambda: len(list(tmp_path.glob("*.pid"))) == 2)
+        workers = [int(path.stem) for path in tmp_path.glob("*.pid")]
+        os.killpg(run.pid, signal.SIGINT)  # as a terminal does
+        _, said = run.communicate(timeout=60)
+        assert run.returncode == 130 and "Traceback" not in said
+        _until(lambda: not any(_alive(worker) for worker in workers))
+    finally:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(run.pid, signal.SIGKILL)
+
+
 def _alive(pid: int) -> bool:
     status = Path(f"/proc/{pid}/stat")
     return status.exists() and status.read_text().rpartition(")")[2].split()[0] != "Z"
