@@ -104,7 +104,7 @@ def test_values_that_make_no_sense(verb: str, idle: None, capsys: pytest.Capture
                 continue
             kept = [given for given in NEEDED[verb] if not given.startswith(f"--{option}=")]
             said = _said(capsys, verb, *kept, f"--{option}={value}")
-            assert value in said or "Expected options that can be read" in said or value in ("", ",")
+            assert value.partition("/")[0] in said or "Expected options that can be read" in said or value in ("", ",")
             tried += 1
     assert tried or verb == "compose"
     assert not list(Path().glob("out*"))
