@@ -48,6 +48,9 @@ class Served:
         app: the application; it is guarded (see :class:`~lerobot_llakey.drive.guard.Guard`).
         taken: the socket, from :func:`bind`.
 
+    Raises:
+        LlakeyError: if it does not start.
+
     Attributes:
         address: of the page.
     """
@@ -65,6 +68,11 @@ class Served:
         deadline = time.monotonic() + _START_SECONDS
         while not self._server.started and self._thread.is_alive() and time.monotonic() < deadline:
             time.sleep(0.02)
+        if not self._server.started:
+            self.close()
+            raise LlakeyError(
+                f"Expected the page at {self.address} to start, got none after {_START_SECONDS:g} s; add --terminal."
+            )
 
     def close(self) -> None:
         """Answer no more."""
