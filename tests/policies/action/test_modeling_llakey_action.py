@@ -22,6 +22,22 @@ DESIGNS = pytest.mark.parametrize(
     ids=["rvt", "rvt-twice", "rvt2", "small-once", "small-in-turn", "small-in-context"],
 )
 
+# A softmax weighs differences, so what is added to all that it weighs has no say: these gradients are rounding errors,
+# and on some processors exactly zero. The layers keep these biases because saved checkpoints have them.
+WITHOUT_SAY = ("scores.bias", "match_head.bias", "heat.bias")
+
+
+def untrained(policy):
+    """Parameters that no gradient reaches, but for those that have no say."""
+    assert all(
+        value.grad.abs().max() < 1e-5 for name, value in policy.named_parameters() if name.endswith(WITHOUT_SAY)
+    )
+    return [
+        name
+        for name, value in policy.named_parameters()
+        if not name.endswith(WITHOUT_SAY) and (value.grad is None or value.grad.abs().max() < 5e-7)
+    ]
+
 
 def sized(settings):
     return settings if settings.get("design", "small") == "small" else PUBLISHED | settings
@@ -53,7 +69,7 @@ def test_the_loss_has_its_parts_and_reaches_every_parameter():
         optimiser.step()
     parts = ("coarse_loss", "fine_loss", "rotation_loss", "gripper_loss", "collision_loss")
     assert loss.item() == pytest.approx(sum(figures[part] for part in parts), rel=1e-4)
-    assert not [name for name, value in policy.named_parameters() if value.grad is None or not value.grad.any()]
+    assert not untrained(policy)
     assert policy.training_step.item() == 2
 
 
@@ -159,7 +175,7 @@ def test_every_design_trains_all_it_has_and_decides_alike_once_saved(settings, t
         optimiser.step()
     assert loss.item() == pytest.approx(sum(value for key, value in figures.items() if "loss" in key), rel=1e-4)
     assert ("fine_loss" in figures) == (settings.get("stages", 2) == 2)
-    assert not [name for name, value in policy.named_parameters() if value.grad is None or not value.grad.any()]
+    assert not untrained(policy)
     action = policy.select_action(batch)
     assert action.shape == (2, schema.ACTION_DIM) and action.isfinite().all()
     policy.save_pretrained(tmp_path)
