@@ -1,10 +1,14 @@
 """Plans are straight where they may be, go around things, and say why there is none."""
 
+import itertools
+
+import mujoco
 import numpy as np
 import pytest
 
 from lerobot_llakey.geometry import Pose, top_down
 from lerobot_llakey.sim.planning import PlanningError
+from lerobot_llakey.sim.robot import HOME_JOINTS
 from lerobot_llakey.sim.world import World
 
 
@@ -22,6 +26,27 @@ def test_free_moves_are_straight(drawer_world: World) -> None:
         offset = drawer_world.kinematics.forward(joints).position - start.position
         assert np.linalg.norm(offset - line * (offset @ line)) < 5e-3
     assert drawer_world.kinematics.forward(path[-1]).distance(target)[0] < 1e-3
+
+
+def test_a_cabinet_in_the_straight_way_is_gone_around(drawer_world: World) -> None:
+    drawer_world.reset(3)
+    world, model = drawer_world, drawer_world.model
+    sides = [model.body("cabinet").pos + [-0.05, y, 0.12] for y in (-0.3, 0.3)]
+    start, target = (Pose(np.array(side), top_down()) for side in sides)
+    joints = world.kinematics.solve_from_many(start, HOME_JOINTS, np.random.default_rng(0))
+    assert joints is not None
+    world.data.qpos[world.robot.qpos] = joints
+    mujoco.mj_forward(model, world.data)
+
+    def free(path: np.ndarray) -> bool:
+        between = [a + t * (b - a) for a, b in itertools.pairwise(path) for t in np.linspace(0, 1, 20)]
+        return world.motion.planner._is_free(np.stack(between), joints, ())
+
+    straight, around = _plan(world, target, ignore_collision=True), _plan(world, target)
+    assert not free(straight) and free(around)
+    for path in (straight, around):
+        assert np.array_equal(path[0], joints)
+        assert world.kinematics.forward(path[-1]).distance(target)[0] < 1e-3
 
 
 def test_planning_leaves_the_scene_alone(drawer_world: World) -> None:

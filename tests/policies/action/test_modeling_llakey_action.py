@@ -29,9 +29,7 @@ WITHOUT_SAY = ("scores.bias", "match_head.bias", "heat.bias")
 
 def untrained(policy):
     """Parameters that no gradient reaches, but for those that have no say."""
-    assert all(
-        value.grad.abs().max() < 1e-5 for name, value in policy.named_parameters() if name.endswith(WITHOUT_SAY)
-    )
+    assert all(value.grad.abs().max() < 1e-5 for name, value in policy.named_parameters() if name.endswith(WITHOUT_SAY))
     return [
         name
         for name, value in policy.named_parameters()

@@ -102,7 +102,7 @@ def test_order_of_views_matters(small_settings, keysteps, batch):
     policy = LlakeyCommandPolicy(LlakeyCommandConfig(**small_settings), dataset_meta=keysteps.meta).eval()
     first, _ = policy.forward(batch)
     policy.config.views = policy.config.views[::-1]
-    assert not torch.equal(first, policy.forward(batch)[0])
+    assert abs(first.item() - policy.forward(batch)[0].item()) > 1e-4  # more than another order of summation
 
 
 def test_stock_training_saves_a_checkpoint_that_loads_and_speaks(keysteps, small_settings, batch, tmp_path):

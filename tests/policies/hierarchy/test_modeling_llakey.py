@@ -83,7 +83,6 @@ def test_stalled_rows_make_random_moves_and_others_do_not(make_tiny, observation
     assert [row.random_moves for row in policy.supervisors] == [1, 0, 1]
     distance = (actions[2][:, :3] - observation[schema.STATE][:, :3]).norm(dim=1)
     assert (distance[[0, 2]] <= 0.05).all()
-    assert torch.equal(actions[2][1], actions[1][1]) or actions[2][1].isfinite().all()
 
 
 def test_seed_fixes_the_random_moves(make_tiny, observation) -> None:

@@ -12,7 +12,7 @@ def test_films_start_as_the_identity_and_then_modulate_each_row() -> None:
     torch.nn.init.normal_(film.linear.weight)
     modulated = film(features, condition)
     scale, shift = film.linear(condition).chunk(2, dim=-1)
-    assert torch.allclose(modulated[1, 2, 4], features[1, 2, 4] * (1 + scale[1]) + shift[1])
+    assert torch.allclose(modulated[1, 2, 4], features[1, 2, 4] * (1 + scale[1]) + shift[1], atol=1e-6)
 
 
 def test_views_do_not_mix_in_a_convolution() -> None:
@@ -21,8 +21,8 @@ def test_views_do_not_mix_in_a_convolution() -> None:
     before = block(features, condition)
     features[:, 1] += 1
     after = block(features, condition)
-    assert torch.allclose(before[:, [0, 2]], after[:, [0, 2]])
-    assert not torch.allclose(before[:, 1], after[:, 1])
+    assert torch.allclose(before[:, [0, 2]], after[:, [0, 2]], atol=1e-5)
+    assert not torch.allclose(before[:, 1], after[:, 1], atol=1e-2)
 
 
 def test_masked_tokens_are_not_looked_at() -> None:
@@ -32,7 +32,7 @@ def test_masked_tokens_are_not_looked_at() -> None:
     mask[..., 4] = float("-inf")
     before = block(tokens, condition, mask)[:, :4]
     tokens[:, 4] = 100.0
-    assert torch.allclose(before, block(tokens, condition, mask)[:, :4])
+    assert torch.allclose(before, block(tokens, condition, mask)[:, :4], atol=1e-5)
 
 
 def test_up_puts_patches_where_down_took_them() -> None:

@@ -56,7 +56,7 @@ def test_token_features_are_the_models_own(clip: Path) -> None:
     model, tokenizer = CLIPTextModel.from_pretrained(clip).eval(), CLIPTokenizer.from_pretrained(clip)
     with torch.no_grad():
         expected = model(**tokenizer("go", return_tensors="pt")).last_hidden_state[0]
-    assert torch.allclose(words[1, :4], expected, atol=1e-6)
+    assert torch.allclose(words[1, :4], expected, atol=1e-5)  # padded and alone are summed in other orders
 
 
 def test_each_text_is_encoded_once_even_between_deciding_and_training(clip: Path) -> None:
