@@ -10,6 +10,13 @@ INSTALLED := $(VENV)/.installed
 ifneq ($(shell uname -s),Darwin)
 export MUJOCO_GL ?= egl
 endif
+# Tests run in a process for each core, four at most: each takes some 1.5 GB and, with one thread, a core.
+TEST_PROCESSES ?= $(shell n=$$(nproc 2>/dev/null || sysctl -n hw.ncpu 2>/dev/null || echo 2); echo $$((n < 4 ? n : 4)))
+PYTEST := HF_HUB_OFFLINE=1 OMP_NUM_THREADS=1 $(VENV)/bin/python -m pytest --numprocesses=$(TEST_PROCESSES) --dist=loadfile
+# PyTorch, oneDNN, MKL and OpenBLAS then sum in the order in which a processor without AVX-512 does.
+AVX2_ALONE := ATEN_CPU_CAPABILITY=avx2 ONEDNN_MAX_CPU_ISA=AVX2 MKL_ENABLE_INSTRUCTIONS=AVX2 OPENBLAS_CORETYPE=Haswell
+NUMERICAL_TESTS := tests/test_geometry.py tests/policies/test_muon.py tests/policies/action tests/policies/command/small \
+    tests/policies/command/decoding tests/policies/command/test_modeling_llakey_command.py tests/policies/hierarchy/test_rows.py
 
 # Prints the first Python of the version in .python-version that runs, or nothing. PYTHON=... comes first.
 define FIND_PYTHON
@@ -24,10 +31,10 @@ for candidate in "$${PYTHON:-}" "$$(pyenv which python$(PYTHON_VERSION) 2>/dev/n
 done
 endef
 
-.PHONY: help setup demo test check format clean
+.PHONY: help setup demo test test-avx2 check format clean
 
 help:  ## list the targets
-	@grep -E '^[a-z]+:.*## ' Makefile | sed -E 's/^([a-z]+):.*## (.*)/  make \1\t\2/' | expand -t 16
+	@grep -E '^[a-z0-9-]+:.*## ' Makefile | sed -E 's/^([a-z0-9-]+):.*## (.*)/  make \1\t\2/' | expand -t 18
 
 setup: $(INSTALLED)  ## make .venv with the exact versions of constraints.txt
 
@@ -35,7 +42,10 @@ demo: $(INSTALLED)  ## evaluate the shipped policy on its tasks: a table and vid
 	@$(VENV)/bin/llakey demo
 
 test: $(INSTALLED)  ## run every test
-	@HF_HUB_OFFLINE=1 $(VENV)/bin/python -m pytest
+	@$(PYTEST)
+
+test-avx2: $(INSTALLED)  ## run the numerical tests as on a processor without AVX-512
+	@$(AVX2_ALONE) $(PYTEST) $(NUMERICAL_TESTS)
 
 check: $(INSTALLED)  ## ruff check, ruff format --check, mypy
 	@$(VENV)/bin/ruff check .

@@ -1,12 +1,17 @@
 """What every test needs: a small share of the machine, and no state left over by another test's training run."""
 
+import os
 import sys
 from collections.abc import Iterator
 
 import pytest
+
+# Tensors are small here: a second thread waits more than it computes, most of all on a busy machine. The variables are
+# for the processes that tests start.
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+os.environ.setdefault("TOKENIZERS_PARALLELISM", "false")
 import torch
 
-# Tensors are small here: a second thread waits more than it computes, most of all on a busy machine.
 torch.set_num_threads(1)
 
 
