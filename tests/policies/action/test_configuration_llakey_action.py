@@ -25,7 +25,7 @@ def test_settings_survive_saving(tmp_path):
     [
         ({"condition_on": "words"}, "condition_on out of"),
         ({"instruction_source": "me"}, "instruction_source out of"),
-        ({"dtype": "int8"}, "dtype out of 'bfloat16', 'float32', got 'int8'"),
+        ({"dtype": "int8"}, "dtype out of 'auto', 'bfloat16', 'float32', got 'int8'"),
         ({"design": "rvt3"}, "design out of 'small', 'rvt', 'rvt2', got 'rvt3'"),
         ({"stages": 3}, "stages out of 1, 2, got 3"),
         ({"rotation": "euler"}, "rotation out of 'bins', 'bins_in_turn', 'sixd'"),
