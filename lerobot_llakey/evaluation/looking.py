@@ -137,7 +137,7 @@ def _watched(policy: LlakeyActionPolicy) -> Iterator[list[StageLook]]:
     for name in ("coarse", "fine"):
         stage = getattr(policy, name)
         if stage is not None:
-            handles.append(stage.register_forward_hook(_keep(name, policy.workspace, looks)))
+            handles.append(stage.register_forward_hook(_keep(name, policy, looks)))
     try:
         yield looks
     finally:
@@ -145,16 +145,14 @@ def _watched(policy: LlakeyActionPolicy) -> Iterator[list[StageLook]]:
             handle.remove()
 
 
-def _keep(name: str, workspace: Tensor, looks: list[StageLook]) -> Callable[[Stage, Any, Any], None]:
-    edges = workspace[:, 1] - workspace[:, 0]
-
+def _keep(name: str, policy: LlakeyActionPolicy, looks: list[StageLook]) -> Callable[[Stage, Any, Any], None]:
     def keep(stage: Stage, inputs: Any, output: Any) -> None:
         scene, low, extent = inputs
         local = (scene.points - low[scene.rows]) / extent
         index = splat(local, scene.rows, len(low), stage.views, stage.size, stage.splat_radius)
         heat = output.heat[0].float().flatten(1).softmax(dim=1).view(index.shape[1:])
-        corner = low[0] * edges + workspace[:, 0]
+        corner = low[0] * policy.edge + policy.corner
         shown = gather_pixels(scene.colours, index)[0].float()
-        looks.append(StageLook(name, stage.views, shown.cpu(), heat.cpu(), corner.cpu(), (edges * extent).cpu()))
+        looks.append(StageLook(name, stage.views, shown.cpu(), heat.cpu(), corner.cpu(), torch.full((3,), policy.edge * extent)))
 
     return keep

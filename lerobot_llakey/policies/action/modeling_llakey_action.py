@@ -34,10 +34,13 @@ from lerobot_llakey.policies.action.heads.targets import shrinking_sigma
 from lerobot_llakey.policies.action.networks.view_network import ViewOutput
 from lerobot_llakey.policies.action.parameter_groups import parameter_groups
 from lerobot_llakey.policies.action.stage import Stage
-from lerobot_llakey.policies.action.text.conditioning import read_texts, reworded
+from lerobot_llakey.policies.action.text.conditioning import read_texts
 from lerobot_llakey.policies.action.text.word_encoder import QueryPool, TextRoles
+from lerobot_llakey.policies.action.views.cube import cube_around
 from lerobot_llakey.policies.action.views.scene import Scene
+from lerobot_llakey.policies.batch import check_actions, check_loss, check_poses, weighted
 from lerobot_llakey.policies.precision import autocast
+from lerobot_llakey.policies.texts import reworded
 
 CONDITION = 128
 
@@ -54,12 +57,17 @@ class LlakeyActionPolicy(PreTrainedPolicy):
         config: the settings.
         dataset_stats: ignored; LeRobot's factory passes it.
         dataset_meta: metadata of the dataset to train on, whose columns are checked.
+
+    Attributes:
+        workspace: (3, 2) bounds in metres of what is looked at.
+        corner, edge: lower corner (3,) and edge in metres of the cube around it, see :func:`cube_around`.
     """
 
     config_class = LlakeyActionConfig
     name = "llakey_action"
     config: LlakeyActionConfig
     workspace: Tensor
+    corner: Tensor
     training_step: Tensor
 
     def __init__(
@@ -73,6 +81,8 @@ class LlakeyActionPolicy(PreTrainedPolicy):
         self.design = DESIGNS[config.design]
         felt = proprioception_width(config)
         self.register_buffer("workspace", torch.tensor(config.workspace, dtype=torch.float32), persistent=False)
+        corner, self.edge = cube_around(config.workspace)
+        self.register_buffer("corner", torch.tensor(corner, dtype=torch.float32), persistent=False)
         self.register_buffer("training_step", torch.zeros((), dtype=torch.int64))
         self.text = make_text_encoder(config)
         width = self.text.width
@@ -111,12 +121,15 @@ class LlakeyActionPolicy(PreTrainedPolicy):
             The loss, and figures to log: its parts and how often each part is right.
 
         Raises:
-            ValueError: if the batch breaks the data contract or a target lies outside the workspace.
+            LlakeyError: if the batch breaks the data contract, a target lies outside the workspace, or the loss is not
+                finite.
         """
         config = self.config
         with torch.autocast(self.workspace.device.type, enabled=False):
             labels = read_labels(batch[schema.ACTION], self.workspace)
             if self.training and (config.augment_translation > 0 or config.augment_yaw > 0):
+                if config.use_state and schema.STATE in batch:
+                    check_poses(schema.STATE, batch[schema.STATE])  # before a motion makes a pose of it
                 motion = sample_motion(labels.position, self.workspace, config.augment_translation, config.augment_yaw)
                 batch, labels = moved(batch, labels, motion)
             target = self._to_unit(labels.position)
@@ -135,10 +148,9 @@ class LlakeyActionPolicy(PreTrainedPolicy):
                 looks["fine"] = (self.fine(scene, low, extent), (target - low) / extent)
             pose = self._read_pose(list(looks.values()), scene, hand, labels.heading, labels.quaternion)
         loss, figures = self._loss(looks, pose, labels)
+        loss = check_loss(weighted(loss, batch, config.weight_key))
         if self.training:
             self.training_step += 1
-        if config.weight_key in batch:
-            loss = loss * batch[config.weight_key].to(loss).reshape(len(loss))
         return (loss if reduction == "none" else loss.mean()), figures
 
     @torch.no_grad()
@@ -151,7 +163,7 @@ class LlakeyActionPolicy(PreTrainedPolicy):
         """The next keyframe for each row: (B, 9) xyz, quaternion xyzw, gripper open, ignore collision.
 
         Raises:
-            ValueError: if the batch breaks the data contract or no text is given.
+            LlakeyError: if the batch breaks the data contract, no text is given, or an answer is not finite.
         """
         self.eval()
         config = self.config
@@ -174,26 +186,25 @@ class LlakeyActionPolicy(PreTrainedPolicy):
             pose = self._read_pose(looks, scene, hand, torch.zeros_like(place[:, 0]))
         position = self._from_unit(place)
         flags = torch.stack((pose.gripper.argmax(dim=-1), pose.collision.argmax(dim=-1)), dim=-1)
-        return torch.cat((position, self.pose.quaternion(pose), flags.to(position)), dim=-1)
+        return check_actions(torch.cat((position, self.pose.quaternion(pose), flags.to(position)), dim=-1))
 
     def _autocast(self) -> torch.autocast:
         return autocast(self.config.dtype, self.workspace.device)
 
     def _to_unit(self, position: Tensor) -> Tensor:
-        return (position - self.workspace[:, 0]) / (self.workspace[:, 1] - self.workspace[:, 0])
+        return (position - self.corner) / self.edge
 
     def _from_unit(self, position: Tensor) -> Tensor:
-        return position * (self.workspace[:, 1] - self.workspace[:, 0]) + self.workspace[:, 0]
+        return position * self.edge + self.corner
 
     def _crop(self, centre: Tensor) -> tuple[Tensor, float]:
-        extent = self.config.crop_size / float((self.workspace[:, 1] - self.workspace[:, 0]).mean())
+        extent = self.config.crop_size / self.edge
         return centre - extent / 2, extent
 
     def _crop_noise(self, target: Tensor) -> Tensor:
         if not self.training:
             return torch.zeros_like(target)
-        share = self.config.crop_noise / (self.workspace[:, 1] - self.workspace[:, 0])
-        return (torch.rand_like(target) * 2 - 1) * share
+        return (torch.rand_like(target) * 2 - 1) * (self.config.crop_noise / self.edge)
 
     def _scene(self, cloud: PointCloud, hand: Proprioception, texts: Sequence[Sequence[str]], lift: Tensor) -> Scene:
         encoded = [self.text(part) for part in texts]
@@ -202,7 +213,7 @@ class LlakeyActionPolicy(PreTrainedPolicy):
         if self.design.grounded:
             sentence = self.sentence(words, padding).flatten(1)
             condition = self.condition(torch.cat((sentence, condition.to(sentence.dtype)), dim=1))
-        base = lift / (self.workspace[:, 1] - self.workspace[:, 0])
+        base = lift / self.edge
         points, place = self._to_unit(cloud.points), self._to_unit(hand.place)
         return Scene(points, cloud.colours, cloud.rows, base, place, condition, words, padding)
 
@@ -241,7 +252,7 @@ class LlakeyActionPolicy(PreTrainedPolicy):
         for name in ("rotation", "gripper", "collision"):
             loss = loss + getattr(config, f"{name}_weight") * parts[f"{name}_loss"]
         figures: dict[str, Any] = {key: value.detach().mean().item() for key, value in parts.items()}
-        figures["coarse_within_2cm"] = share_within(*looks["coarse"], views, 0.02)
+        figures["coarse_within_2cm"] = share_within(*looks["coarse"], views, 0.02 / self.edge)
         if "fine" in looks:
             figures["fine_within_5mm"] = share_within(*looks["fine"], views, 0.005 / self._crop(labels.position)[1])
         figures["rotation_within_5_degrees"] = share_turned_less(self.pose.quaternion(pose), labels.quaternion, 5.0)

@@ -12,7 +12,7 @@ from typing import Any
 from torch import Tensor
 
 from lerobot_llakey import schema
-from lerobot_llakey.policies.command.texts import text_column
+from lerobot_llakey.policies.texts import text_column
 
 MOVING_ABOVE = 0.1
 """Radians a second of the fastest joint: twice what keyframe discovery takes for rest, so that an arm that still

@@ -38,7 +38,7 @@ from lerobot_llakey.policies.command.small.auxiliary import KeyframeHead
 from lerobot_llakey.policies.command.small.tokenizer import grammar_words, known_words
 from lerobot_llakey.policies.command.targets.action import ActionTarget
 from lerobot_llakey.policies.command.targets.make import make_target
-from lerobot_llakey.policies.command.texts import text_column
+from lerobot_llakey.policies.texts import text_column
 from lerobot_llakey.policies.command.vocabulary import dataset_instructions, dataset_tasks
 from lerobot_llakey.policies.precision import autocast
 

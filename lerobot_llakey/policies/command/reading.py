@@ -12,7 +12,7 @@ from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
 from lerobot_llakey.policies.command.pose_text import PoseText
 from lerobot_llakey.policies.command.prompt import Prompt
-from lerobot_llakey.policies.command.texts import text_column
+from lerobot_llakey.policies.texts import text_column
 
 
 def read_prompts(

@@ -1,7 +1,8 @@
-"""Whether cameras can be fused: calibration that fits the images, rigid extrinsics, finite depth."""
+"""Whether cameras can be fused: calibration that fits the images, rigid extrinsics, depth in millimetres."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import torch
@@ -12,6 +13,14 @@ from lerobot_llakey.errors import LlakeyError
 
 RIGID_TOLERANCE = 0.01
 """By how much an entry of R^T R may differ from the identity's; measured calibrations are rounded."""
+NEAREST = 10.0
+"""Millimetres that no depth camera measures; numbers below it are metres."""
+NOT_MEASURED = 65535.0
+"""What 16 bits hold at most: by it, as by 0, cameras say that nothing was measured."""
+SKEW = 0.01
+"""Share of the focal length that the skew may have, and the last row of the intrinsics may be off."""
+ANGLES = (2.0, 170.0)
+"""Degrees that a pinhole camera's field of view lies between."""
 CENTRE = (0.25, 0.75)
 """Shares of the image's size between which the principal point lies; images resized by two or more fall outside."""
 
@@ -51,6 +60,7 @@ def check_calibration(intrinsics: Tensor, extrinsics: Tensor, cameras: Sequence[
             f"{intrinsics[row, camera, 0, 0]:.1f} for camera {cameras[camera]} in batch row {row}; rescale the "
             "intrinsics with the images."
         )
+    _check_pinhole(intrinsics, cameras, size)
     rigid = _is_rigid(extrinsics)
     if not rigid.all():
         row, camera = (int(index) for index in (~rigid).nonzero()[0])
@@ -61,18 +71,42 @@ def check_calibration(intrinsics: Tensor, extrinsics: Tensor, cameras: Sequence[
         )
 
 
-def check_depth(depths: Tensor, cameras: Sequence[str]) -> None:
-    """Check that depths (B, C, H, W) are finite.
+def measured(depths: Tensor, cameras: Sequence[str]) -> Tensor:
+    """Which depths (B, C, H, W) were measured: bool of the same shape.
+
+    Zero and less, NaN, infinity and the largest number of 16 bits are how cameras say that nothing was.
 
     Raises:
-        ValueError: naming the key and batch row if one is not.
+        LlakeyError: naming the key and batch row if most of a camera's depths are nearer than any camera sees: they
+            are metres.
     """
-    finite = depths.isfinite().flatten(2).all(dim=2)
-    if not finite.all():
-        row, camera = (int(index) for index in (~finite).nonzero()[0])
+    seen = (depths > 0) & (depths < NOT_MEASURED)  # NaN is neither
+    near = (seen & (depths < NEAREST)).flatten(2).sum(dim=2)
+    metres = 2 * near > seen.flatten(2).sum(dim=2)
+    if metres.any():
+        row, camera = (int(index) for index in metres.nonzero()[0])
+        value = depths[row, camera][seen[row, camera]].median().item()
         raise LlakeyError(
-            f"Expected finite depth in millimetres in {schema.depth_key(cameras[camera])}, got NaN or infinity in "
-            f"batch row {row}; set pixels without a measurement to 0."
+            f"Expected depth in millimetres in {schema.depth_key(cameras[camera])}, got most pixels below {NEAREST:g} "
+            f"(such as {value:.3g}) in batch row {row}; convert metres to millimetres (--dataset.depth_output_unit=mm)."
+        )
+    return seen
+
+
+def _check_pinhole(intrinsics: Tensor, cameras: Sequence[str], size: tuple[int, int]) -> None:
+    """Refuse intrinsics that are no pinhole camera's: unprojection reads four of the nine numbers alone."""
+    last = (intrinsics[..., 2, :] - intrinsics.new_tensor((0.0, 0.0, 1.0))).abs().amax(dim=-1)
+    off = (intrinsics[..., 0, 1].abs() + intrinsics[..., 1, 0].abs()) / intrinsics[..., 0, 0]
+    angles = 2 * (intrinsics.new_tensor((size[1] / 2, size[0] / 2)) / intrinsics.diagonal(dim1=-2, dim2=-1)[..., :2]).atan()
+    low, high = (math.radians(angle) for angle in ANGLES)
+    right = (last <= SKEW) & (off <= SKEW) & ((angles > low) & (angles < high)).all(dim=-1)
+    if not right.all():
+        row, camera = (int(index) for index in (~right).nonzero()[0])
+        numbers = [[float(f"{number:.4g}") for number in line] for line in intrinsics[row, camera].tolist()]
+        raise LlakeyError(
+            f"Expected {schema.INTRINSICS} of a pinhole camera (no skew, the last row 0 0 1, a field of view between "
+            f"{ANGLES[0]:g} and {ANGLES[1]:g} degrees), got {numbers} for camera {cameras[camera]} in batch row {row}; "
+            "correct the calibration."
         )
 
 

@@ -14,6 +14,7 @@ from lerobot_llakey import schema
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.action.batch.augmentation import RigidMotion
 from lerobot_llakey.policies.action.batch.point_cloud import inside
+from lerobot_llakey.policies.batch import check_at_least_zero, check_poses
 
 
 @dataclass
@@ -40,8 +41,17 @@ def read_labels(action: Tensor, workspace: Tensor) -> Labels:
     """The labels in actions (B, 9): every one from the row's own action (NVlabs/RVT issue 91 tells of another's).
 
     Raises:
-        ValueError: if a position lies outside the workspace (3, 2) in metres.
+        LlakeyError: naming the key and batch row if a pose or flag is none, see :func:`check_poses`, or a position lies
+            outside the workspace (3, 2) in metres.
     """
+    if action.shape[1:] != (schema.ACTION_DIM,):
+        raise LlakeyError(
+            f"Expected {schema.ACTION} of shape (batch, {schema.ACTION_DIM}) ({', '.join(schema.ACTION_NAMES)}), got "
+            f"{tuple(action.shape)}; use a keysteps dataset."
+        )
+    check_poses(schema.ACTION, action)
+    flag = schema.ACTION_NAMES[schema.IGNORE_COLLISION]
+    check_at_least_zero(f"{schema.ACTION} ({flag})", action[:, schema.IGNORE_COLLISION, None])
     position, quaternion = action[:, schema.POSITION].float(), action[:, schema.QUATERNION].float()
     outside = ~inside(position, workspace)
     if outside.any():

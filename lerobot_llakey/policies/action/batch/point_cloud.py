@@ -11,7 +11,8 @@ from torch import Tensor
 
 from lerobot_llakey import geometry, schema
 from lerobot_llakey.errors import LlakeyError
-from lerobot_llakey.policies.action.batch.camera_checks import check_calibration, check_depth
+from lerobot_llakey.policies.action.batch.camera_checks import check_calibration, measured
+from lerobot_llakey.policies.batch import read_images
 
 MILLIMETRES = 1e-3
 
@@ -40,44 +41,52 @@ def inside(points: Tensor, workspace: Tensor) -> Tensor:
 
 
 def _camera_stack(batch: Mapping[str, Any], cameras: Sequence[str]) -> tuple[Tensor, Tensor]:
-    images: list[Tensor] = []
-    depths: list[Tensor] = []
+    keys = [schema.image_key(camera) for camera in cameras]
+    images = read_images(batch, keys)
+    depths = []
     for camera in cameras:
-        for key, stack, channels in ((schema.image_key(camera), images, 3), (schema.depth_key(camera), depths, 1)):
-            if key not in batch:
-                given = ", ".join(sorted(name for name in batch if name.startswith(schema.image_key(""))))
-                raise LlakeyError(f"Expected the camera key {key} in the batch, got {given or 'no camera'}; add it.")
-            value = batch[key]
-            if value.ndim != 4 or value.shape[1] != channels:
-                raise LlakeyError(
-                    f"Expected {key} of shape (batch, {channels}, height, width), got {tuple(value.shape)}; check the "
-                    "camera's feature."
-                )
-            stack.append(value.float())
-            if value.shape[-2:] != stack[0].shape[-2:] or value.shape[-2:] != images[0].shape[-2:]:
-                raise LlakeyError(
-                    f"Expected every camera at {tuple(images[0].shape[-2:])} pixels, got {key} at "
-                    f"{tuple(value.shape[-2:])}; record all cameras at one size."
-                )
-    return torch.stack(images, dim=1), torch.stack(depths, dim=1).squeeze(2)
+        key = schema.depth_key(camera)
+        if key not in batch:
+            given = ", ".join(sorted(name for name in batch if name.startswith(schema.image_key(""))))
+            raise LlakeyError(f"Expected the depth {key} in the batch, got {given}; add it.")
+        depth = batch[key]
+        if depth.ndim != 4 or depth.shape[1] != 1:
+            raise LlakeyError(
+                f"Expected {key} of shape (batch, 1, height, width), got {tuple(depth.shape)}; check the camera's "
+                "feature."
+            )
+        if depth.dtype in (torch.uint8, torch.int8, torch.bool):
+            raise LlakeyError(
+                f"Expected {key} in millimetres, as floats or whole numbers of 16 bits or more, got "
+                f"{str(depth.dtype).removeprefix('torch.')}; record depth, not a picture of it."
+            )
+        depths.append(depth.float())
+    size = images[0].shape[-2:]
+    for value, key in zip((*images, *depths), (*keys, *(schema.depth_key(camera) for camera in cameras)), strict=True):
+        if value.shape[-2:] != size:
+            raise LlakeyError(
+                f"Expected every camera at {tuple(size)} pixels, got {key} at {tuple(value.shape[-2:])}; record all "
+                "cameras at one size."
+            )
+    return torch.stack([image.float() for image in images], dim=1), torch.stack(depths, dim=1).squeeze(2)
 
 
 def fuse_views(batch: Mapping[str, Any], cameras: Sequence[str], workspace: Tensor) -> PointCloud:
     """One cloud for each row of a batch in the data contract.
 
     Args:
-        batch: RGB (B, 3, H, W) in 0..1 and depth (B, 1, H, W) in millimetres for each camera; intrinsics (B, C, 3, 3)
-            in pixels and camera-to-base extrinsics (B, C, 4, 4).
+        batch: RGB (B, 3, H, W) in 0..1 or uint8 and depth (B, 1, H, W) in millimetres for each camera; intrinsics
+            (B, C, 3, 3) in pixels and camera-to-base extrinsics (B, C, 4, 4).
         cameras: names of the C cameras in the order of the calibration.
         workspace: (3, 2) bounds in metres.
 
     Returns:
-        The points inside the workspace. Depth that is zero or negative counts as not measured.
+        The points inside the workspace, where depth was measured, see :func:`camera_checks.measured`.
 
     Raises:
         ValueError: naming the key and batch row if a camera or its calibration is missing, an image's size does not
-            fit its intrinsics, extrinsics are no rigid transform, depth is not finite, or a row has no point inside
-            the workspace.
+            fit its intrinsics, extrinsics are no rigid transform, colours or depths are in another unit, or a row has
+            no point inside the workspace.
     """
     images, depths = _camera_stack(batch, cameras)
     for key in (schema.INTRINSICS, schema.EXTRINSICS):
@@ -85,9 +94,10 @@ def fuse_views(batch: Mapping[str, Any], cameras: Sequence[str], workspace: Tens
             raise LlakeyError(f"Expected the calibration {key} in the batch, got none; add it to the observation.")
     intrinsics, extrinsics = batch[schema.INTRINSICS].float(), batch[schema.EXTRINSICS].float()
     check_calibration(intrinsics, extrinsics, cameras, (images.shape[-2], images.shape[-1]))
-    check_depth(depths, cameras)
+    seen = measured(depths, cameras)
+    depths = torch.where(seen, depths, 0.0)
     points = geometry.unproject(depths * MILLIMETRES, intrinsics, extrinsics).flatten(1, 3)  # (B, C*H*W, 3)
-    valid = inside(points, workspace) & (depths.flatten(1) > 0)
+    valid = inside(points, workspace) & seen.flatten(1)
     empty = ~valid.any(dim=1)
     if empty.any():
         row = int(empty.nonzero()[0])

@@ -15,6 +15,7 @@ from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.action.batch.augmentation import blurred
 from lerobot_llakey.policies.action.configuration_llakey_action import LlakeyActionConfig
 from lerobot_llakey.policies.action.heads.targets import quaternion_to_angles
+from lerobot_llakey.policies.batch import check_at_least_zero, check_poses
 
 EPISODE_STEPS = 25
 """Longest episode, in keyframe actions, that the timestep is scaled by (PerAct, RVT)."""
@@ -50,7 +51,7 @@ def read_proprioception(batch: Mapping[str, Any], config: LlakeyActionConfig, tu
         turn_blur: degrees, see :func:`augmentation.blurred`; 0 tells the turn as it is.
 
     Raises:
-        ValueError: if the step or the state is asked for and missing.
+        LlakeyError: if the step or the state is asked for and missing, or makes no sense in a row.
     """
     rows, device = len(batch[schema.INTRINSICS]), batch[schema.INTRINSICS].device
     opening, angles = torch.zeros(rows, 1, device=device), torch.zeros(rows, 3, device=device)
@@ -60,6 +61,7 @@ def read_proprioception(batch: Mapping[str, Any], config: LlakeyActionConfig, tu
         if schema.STATE not in batch:
             raise LlakeyError(f"Expected {schema.STATE} in the batch, got none; add it or train with use_state=false.")
         state = batch[schema.STATE].float()
+        check_poses(schema.STATE, state)
         opening = state[:, schema.GRIPPER, None]
         if config.proprioception != "gripper":
             place = state[:, schema.POSITION]
@@ -80,4 +82,6 @@ def _timestep(batch: Mapping[str, Any], rows: int) -> Tensor:
             f"Expected {schema.STEP} (keyframe actions taken so far) in the batch as policy.use_timestep is on, got "
             "none; add the column or train a policy without the timestep."
         )
-    return 1 - 2 * batch[schema.STEP].float().reshape(rows, 1) / (EPISODE_STEPS - 1)
+    step = batch[schema.STEP].float().reshape(rows, 1)
+    check_at_least_zero(schema.STEP, step)
+    return 1 - 2 * step / (EPISODE_STEPS - 1)

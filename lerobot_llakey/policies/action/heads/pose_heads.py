@@ -12,10 +12,9 @@ from torch import Tensor, nn
 from torch.nn import functional as F
 
 from lerobot_llakey.policies.action.heads.targets import (
-    angle_bins,
     angles_to_quaternion,
     bin_angles,
-    quaternion_to_angles,
+    rotation_target,
 )
 
 
@@ -96,8 +95,8 @@ def sum_votes(votes: Tensor, frames: Sequence[str], present: Tensor, turn: Tenso
 
 def bins_loss(logits: Tensor, truth: Tensor) -> Tensor:
     """Cross-entropy (B,), summed over the angles, of logits (B, 3, bins) against quaternions (B, 4)."""
-    bins = angle_bins(quaternion_to_angles(truth), logits.shape[-1])
-    return F.cross_entropy(logits.flatten(0, 1), bins.flatten(), reduction="none").view(-1, 3).sum(dim=1)
+    target = rotation_target(truth, logits.shape[-1]).to(logits)
+    return F.cross_entropy(logits.flatten(0, 1), target.flatten(0, 1), reduction="none").view(-1, 3).sum(dim=1)
 
 
 def bins_quaternion(logits: Tensor) -> Tensor:

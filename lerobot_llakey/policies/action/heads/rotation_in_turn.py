@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import torch
 from torch import Tensor, nn
+from torch.nn import functional as F
 
 from lerobot_llakey.policies.action.heads.pose_heads import (
     PoseHead,
@@ -15,7 +16,7 @@ from lerobot_llakey.policies.action.heads.pose_heads import (
     heading_angles,
     sum_votes,
 )
-from lerobot_llakey.policies.action.heads.targets import angle_bins, bin_angles, quaternion_to_angles
+from lerobot_llakey.policies.action.heads.targets import bin_angles, rotation_target
 
 _ORDER = (2, 1, 0)
 """The angles (a, b, c) of :mod:`targets` are about z, y and x."""
@@ -59,21 +60,23 @@ class BinsInTurnHead(PoseHead):
         known = self.norm(features)
         flags = self.flags(known).float()
         turn = heading_angles(heading)
-        true_bins = None if truth is None else angle_bins(quaternion_to_angles(truth), self.bins)
+        target = None if truth is None else rotation_target(truth, self.bins)
         logits: dict[int, Tensor] = {}
         for place, axis in enumerate(_ORDER):
             votes = self.votes[place](known).float().unflatten(-1, (len(self.frames), self.bins)).transpose(0, 1)
             logits[axis] = sum_votes(votes, self.frames, present[:, axis], turn[:, axis])
             if place < len(self.told):
-                chosen = logits[axis].argmax(dim=-1) if true_bins is None else true_bins[:, axis]
+                likeliest = F.one_hot(logits[axis].argmax(dim=-1), self.bins).float()
+                chosen = likeliest if target is None else target[:, axis]
                 known = known + self.told[place](self._harmonics(chosen))
         rotation = torch.stack([logits[axis] for axis in sorted(logits)], dim=1)
         return PoseOutput(rotation, flags[:, :2], flags[:, 2:])
 
     def _harmonics(self, chosen: Tensor) -> Tensor:
+        """Mean harmonics (B, 2 * _HARMONICS) of the angle over the bins' probabilities (B, bins)."""
         orders = torch.arange(1, _HARMONICS + 1, device=chosen.device)
-        phases = bin_angles(chosen, self.bins)[:, None] * orders
-        return torch.cat((phases.sin(), phases.cos()), dim=-1)
+        phases = bin_angles(torch.arange(self.bins, device=chosen.device), self.bins)[:, None] * orders
+        return chosen @ torch.cat((phases.sin(), phases.cos()), dim=-1)
 
     def rotation_loss(self, output: PoseOutput, truth: Tensor) -> Tensor:
         return bins_loss(output.rotation, truth)

@@ -3,6 +3,9 @@
 Rotations are read as R = Rz(a) Ry(b) Rx(c) R_ref, where R_ref points the hand halfway between straight down and
 straight ahead. Its singular directions (b = +-90 degrees) are then 45 degrees away from both the grasp from above and
 any level approach, and turning the scene about z only shifts a.
+
+No three angles are smooth over all rotations. Next to a singular direction only one of a + c and a - c means anything,
+and the least jitter moves both by any amount: there the labels go over to c = 0, see :func:`rotation_target`.
 """
 
 from __future__ import annotations
@@ -11,6 +14,7 @@ import math
 
 import torch
 from torch import Tensor
+from torch.nn import functional as F
 
 from lerobot_llakey import geometry
 
@@ -21,12 +25,16 @@ _REFERENCE = ((_HALF, 0.0, _HALF), (0.0, -1.0, 0.0), (_HALF, 0.0, -_HALF))
 
 def quaternion_to_angles(quaternion: Tensor) -> Tensor:
     """Angles (..., 3) = (a, b, c) in radians of unit quaternions (..., 4) xyzw; b within +-pi/2."""
-    reference = quaternion.new_tensor(_REFERENCE)
-    matrix = geometry.quaternion_to_matrix(quaternion) @ reference.T
+    matrix = _from_reference(quaternion)
     a = torch.atan2(matrix[..., 1, 0], matrix[..., 0, 0])
     b = torch.asin((-matrix[..., 2, 0]).clamp(-1.0, 1.0))
     c = torch.atan2(matrix[..., 2, 1], matrix[..., 2, 2])
     return torch.stack((a, b, c), dim=-1)
+
+
+def _from_reference(quaternion: Tensor) -> Tensor:
+    """Rotation matrices (..., 3, 3) that take R_ref to unit quaternions (..., 4) xyzw."""
+    return geometry.quaternion_to_matrix(quaternion) @ quaternion.new_tensor(_REFERENCE).T
 
 
 def angles_to_quaternion(angles: Tensor) -> Tensor:
@@ -45,6 +53,22 @@ def angles_to_quaternion(angles: Tensor) -> Tensor:
 def angle_bins(angles: Tensor, bins: int) -> Tensor:
     """Nearest bin (int64) of angles in radians; bin i is centred at i full turns / bins, so right angles are exact."""
     return (angles * (bins / (2 * math.pi))).round().long() % bins
+
+
+def rotation_target(quaternion: Tensor, bins: int) -> Tensor:
+    """Which bins the angles of unit quaternions (..., 4) lie in, as probabilities (..., 3, bins): nearly always 0 or 1.
+
+    Within half a bin of a singular direction every split of the turn between a and c decodes to the same rotation. The
+    labels there go over from the angles' own bins, at the border, to those of the turn told by a alone, at the singular
+    direction itself. So they change little where the rotation does: jitter moves no label far.
+    """
+    angles = quaternion_to_angles(quaternion)
+    matrix = _from_reference(quaternion)
+    whole = torch.atan2(-matrix[..., 0, 1], matrix[..., 1, 1])
+    told = torch.stack((whole, angles[..., 1], torch.zeros_like(whole)), dim=-1)
+    own, other = (F.one_hot(angle_bins(kind, bins), bins).to(quaternion) for kind in (angles, told))
+    share = ((math.pi / 2 - angles[..., 1].abs()) * (bins / math.pi)).clamp(0.0, 1.0)[..., None, None]
+    return share * own + (1 - share) * other
 
 
 def bin_angles(index: Tensor, bins: int) -> Tensor:

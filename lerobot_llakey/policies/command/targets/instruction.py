@@ -9,7 +9,7 @@ from lerobot_llakey import schema
 from lerobot_llakey.policies.command.decoding.trie import Trie
 from lerobot_llakey.policies.command.encoding import Encoder
 from lerobot_llakey.policies.command.targets.target import Target
-from lerobot_llakey.policies.command.texts import text_column
+from lerobot_llakey.policies.texts import text_column
 
 
 class InstructionTarget(Target):

@@ -12,6 +12,7 @@ from lerobot_llakey.policies.action.heads.targets import (
     bin_angles,
     heat_target,
     quaternion_to_angles,
+    rotation_target,
     shrinking_sigma,
 )
 
@@ -79,3 +80,33 @@ def test_heat_narrows_with_sigma_and_stays_on_the_map_outside_it():
 def test_sigma_shrinks_then_stays():
     values = [shrinking_sigma(step, 3.0, 1.0, 100) for step in (0, 50, 100, 1000)]
     assert values == [3.0, 2.0, 1.0, 1.0]
+
+
+def moved_far(before: torch.Tensor, after: torch.Tensor) -> torch.Tensor:
+    """Largest share (...) over the angles of label probabilities (..., 3, bins) that moves by more than one bin."""
+    near = before + before.roll(1, -1) + before.roll(-1, -1)
+    return (after - near).clamp(min=0.0).sum(dim=-1).amax(dim=-1)
+
+
+@pytest.mark.parametrize("tilt", [45.0, 44.99, 44.9, 44.0, 42.5, 40.0, -135.0])
+def test_jitter_moves_no_label_far_even_where_the_angles_are_singular(tilt):
+    # A hand that points down, tilted back: at exactly 45 degrees two of the angles mean nothing.
+    rng = np.random.default_rng(0)
+    hand = Rotation.from_euler("y", tilt, degrees=True) * Rotation.from_quat(geometry.top_down(0.0))
+    hands = Rotation.from_euler("z", rng.uniform(-180, 180, (200, 1)), degrees=True) * hand
+    jitter = Rotation.from_rotvec(np.deg2rad(0.01) * rng.normal(size=(200, 3)))
+    before, after = (rotation_target(torch.from_numpy(turn.as_quat()), 72) for turn in (hands, jitter * hands))
+    assert moved_far(before, after).max() < 0.05
+    assert torch.allclose(before.sum(dim=-1), torch.ones(200, 3, dtype=before.dtype))
+
+
+def test_labels_are_the_nearest_bins_half_a_bin_away_from_what_is_singular():
+    quaternions = torch.from_numpy(Rotation.random(2000, random_state=2).as_quat())
+    angles = quaternion_to_angles(quaternions)
+    ordinary = angles[:, 1].abs() < math.radians(87.5)
+    target = rotation_target(quaternions, 72)
+    own = torch.nn.functional.one_hot(angle_bins(angles, 72), 72).to(target)
+    assert ordinary.sum() > 1900 and torch.equal(target[ordinary], own[ordinary])
+    # The likeliest bins are the same rotation everywhere.
+    binned = angles_to_quaternion(bin_angles(target.argmax(dim=-1), 72).double())
+    assert angle_between(quaternions.numpy(), binned.numpy()).max() < math.radians(7.6)

@@ -1,6 +1,6 @@
 import pytest
 
-from lerobot_llakey.policies.command.texts import text_column
+from lerobot_llakey.policies.texts import text_column
 
 
 def test_one_text_a_row_whatever_the_column_holds():

@@ -1,0 +1,197 @@
+"""What both policies are handed in a batch besides words, and what they hand back: held against the data contract.
+
+A number that is not finite would otherwise reach every weight within one step of training, without a word.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import torch
+from torch import Tensor
+
+from lerobot_llakey import schema
+from lerobot_llakey.errors import LlakeyError
+
+UNIT_TOLERANCE = 0.02
+"""By how much a quaternion's length may differ from 1; recorded ones are rounded."""
+FARTHEST = 10.0
+"""Metres from the base beyond which no arm reaches: such a position is in another unit."""
+OPENING = (-0.1, 1.1)
+"""What a gripper's opening may be; measured ones overshoot 0 and 1 a little."""
+COLOUR = (-0.1, 1.1)
+"""What a colour may be; resizing overshoots 0 and 1 a little."""
+
+
+def read_images(batch: Mapping[str, Any], keys: Sequence[str]) -> list[Tensor]:
+    """RGB images (B, 3, H, W) in float, 0..1: those in uint8 are divided by 255.
+
+    Args:
+        batch: what a loader or an environment gives.
+        keys: of the images.
+
+    Raises:
+        LlakeyError: naming the key and the row if an image is missing, has another shape, is in whole numbers of
+            another kind, or holds colours outside 0..1.
+    """
+    if missing := [key for key in keys if key not in batch]:
+        given = sorted(name for name in batch if name.startswith(schema.image_key("")))
+        raise LlakeyError(
+            f"Expected the images {', '.join(keys)} in the batch, got {', '.join(given) or 'no camera'} without "
+            f"{', '.join(missing)}; add them."
+        )
+    images = []
+    for key in keys:
+        image: Tensor = batch[key]
+        if image.ndim != 4 or image.shape[1] != 3:
+            raise LlakeyError(
+                f"Expected {key} of shape (batch, 3, height, width), got {tuple(image.shape)}; check the camera's "
+                "feature."
+            )
+        if image.dtype is torch.uint8:
+            images.append(image.float() / 255)
+        elif image.is_floating_point():
+            images.append(image)
+        else:
+            raise LlakeyError(
+                f"Expected {key} in floats from 0 to 1 or in uint8, got {_name(image)}; convert the images."
+            )
+    _check_colours(images, keys)
+    return images
+
+
+def check_poses(key: str, rows: Tensor) -> None:
+    """Check the position, quaternion and gripper of states (B, 15) or actions (B, 9).
+
+    Raises:
+        LlakeyError: naming the key and the batch row if a number is not finite, the position is out of any arm's reach,
+            the quaternion is not of unit length, or the gripper is not within 0..1.
+    """
+    columns = rows[:, : schema.GRIPPER + 1].float()
+    position, length = columns[:, schema.POSITION], columns[:, schema.QUATERNION].norm(dim=1)
+    gripper = columns[:, schema.GRIPPER]
+    # Compared so that NaN is never right.
+    right = torch.stack(
+        (
+            (position.abs() <= FARTHEST).all(dim=1),
+            (length - 1).abs() <= UNIT_TOLERANCE,
+            (gripper >= OPENING[0]) & (gripper <= OPENING[1]),
+        )
+    )
+    if right.all():
+        return
+    kind, row = (int(index) for index in (~right).nonzero()[0])
+    part = (schema.POSITION, schema.QUATERNION, slice(schema.GRIPPER, schema.GRIPPER + 1))[kind]
+    expected, advice = (
+        ("a position in metres", f"give one within {FARTHEST:g} m of the base"),
+        ("a unit quaternion xyzw", "normalise it, or correct the pose"),
+        ("a gripper from 0 (closed) to 1 (open)", "scale it to that range"),
+    )[kind]
+    raise LlakeyError(
+        f"Expected {expected} in {key}, got {_numbers(columns[row, part])} in batch row {row}; {advice}."
+    )
+
+
+def check_at_least_zero(key: str, values: Tensor) -> None:
+    """Check numbers (B, ...), such as a step or a weight.
+
+    Raises:
+        LlakeyError: naming the key and the batch row if one is negative or not finite.
+    """
+    right = ((values >= 0) & values.isfinite()).flatten(1).all(dim=1)
+    if not right.all():
+        row = int((~right).nonzero()[0])
+        raise LlakeyError(
+            f"Expected {key} of 0 or more, got {_numbers(values[row].flatten())} in batch row {row}; correct the "
+            "column."
+        )
+
+
+def weighted(losses: Tensor, batch: Mapping[str, Any], key: str = schema.SAMPLE_WEIGHT) -> Tensor:
+    """Losses (B,) whose mean is the mean weighted by the batch's sample weights, where it has any.
+
+    Divided by the weights' mean, as LeRobot's own sample weighting does: what counts is how much more one sample
+    weighs than another, so that gradients, and the norm they are clipped at, keep their size.
+
+    Args:
+        losses: one for each row.
+        batch: with weights (B,) or (B, 1) under ``key``, or without.
+        key: of the weights.
+
+    Raises:
+        LlakeyError: naming the key, and the row where there is one, if a weight is negative or not finite, there is not
+            one for each row, or all are zero.
+    """
+    if key not in batch:
+        return losses
+    weights = batch[key]
+    if weights.numel() != len(losses):
+        raise LlakeyError(
+            f"Expected {key} with one weight for each of {len(losses)} rows, got shape {tuple(weights.shape)}; give "
+            "one a row."
+        )
+    weights = weights.to(losses).reshape(-1)
+    check_at_least_zero(key, weights[:, None])
+    mean = weights.mean()
+    if mean == 0:
+        raise LlakeyError(
+            f"Expected {key} with a weight above 0 in each batch, got {len(weights)} zeros; leave out samples that are "
+            "not to count."
+        )
+    return losses * weights / mean
+
+
+def check_loss(losses: Tensor) -> Tensor:
+    """The losses of a training batch, (B,) or one number, if they are finite.
+
+    Raises:
+        LlakeyError: if one is not; a step with it would spoil every weight.
+    """
+    if losses.isfinite().all():
+        return losses
+    if losses.ndim == 0:
+        came = f"{losses.item()}"
+    else:
+        row = int((~losses.isfinite()).nonzero()[0])
+        came = f"{losses[row].item()} in batch row {row}"
+    raise LlakeyError(
+        f"Expected a finite training loss, got {came}; go on from the last checkpoint with a lower learning rate, or "
+        "look for numbers that are not finite in the dataset and the weights."
+    )
+
+
+def check_actions(actions: Tensor) -> Tensor:
+    """Actions (B, 9) that are to be carried out, if they are finite.
+
+    Raises:
+        LlakeyError: naming the batch row if one is not: the robot must not get it.
+    """
+    right = actions.isfinite().all(dim=1)
+    if not right.all():
+        row = int((~right).nonzero()[0])
+        raise LlakeyError(
+            f"Expected the policy to answer with finite numbers, got {_numbers(actions[row])} in batch row {row}; its "
+            "weights are damaged: give another checkpoint."
+        )
+    return actions
+
+
+def _check_colours(images: Sequence[Tensor], keys: Sequence[str]) -> None:
+    lows = torch.stack([image.flatten(1).amin(dim=1) for image in images])  # (V, B)
+    highs = torch.stack([image.flatten(1).amax(dim=1) for image in images])
+    wrong = ~((lows >= COLOUR[0]) & (highs <= COLOUR[1]))  # so that NaN is wrong
+    if wrong.any():
+        view, row = (int(index) for index in wrong.nonzero()[0])
+        raise LlakeyError(
+            f"Expected colours from 0 to 1 in {keys[view]}, got {lows[view, row].item():g} to "
+            f"{highs[view, row].item():g} in batch row {row}; divide them by 255 or take the normalisation out."
+        )
+
+
+def _name(values: Tensor) -> str:
+    return str(values.dtype).removeprefix("torch.")
+
+
+def _numbers(values: Tensor) -> list[float]:
+    return [float(f"{number:.4g}") for number in values.tolist()]
