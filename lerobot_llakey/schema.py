@@ -78,6 +78,9 @@ WORKSPACE: Workspace = ((0.0, 1.0), (-0.5, 0.5), (-0.05, 0.95))
 TEXT_LENGTH = 160
 """Length in code points of an encoded text."""
 
+_CODE_POINTS = 0x110000
+"""How many code points there may be."""
+
 SEED_RANGES: dict[str, range] = {
     "train": range(0, 100_000_000),
     "val": range(100_000_000, 200_000_000),
@@ -124,8 +127,19 @@ def encode_text(text: str) -> np.ndarray:
 
 
 def decode_text(codes: Any) -> str:
-    """Inverse of :func:`encode_text` for one array or tensor of shape (TEXT_LENGTH,)."""
-    return "".join(chr(int(code)) for code in np.asarray(codes).reshape(-1) if code > 0)
+    """Inverse of :func:`encode_text` for one array or tensor of shape (TEXT_LENGTH,).
+
+    Raises:
+        LlakeyError: if a number is no code point.
+    """
+    numbers = np.asarray(codes, dtype=np.float64).reshape(-1)
+    wrong = ~((numbers >= 0) & (numbers < _CODE_POINTS) & (numbers == np.floor(numbers)))  # NaN is wrong
+    if wrong.any():
+        raise LlakeyError(
+            f"Expected a text as code points from 0 to {_CODE_POINTS - 1}, got {numbers[wrong][0]:g} at place "
+            f"{int(wrong.argmax())}; make it with schema.encode_text."
+        )
+    return "".join(chr(int(number)) for number in numbers if number > 0)
 
 
 def _image_features(cameras: Sequence[str], height: int, width: int, dtype: str) -> dict[str, dict[str, Any]]:

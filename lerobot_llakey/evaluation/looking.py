@@ -151,8 +151,10 @@ def _keep(name: str, policy: LlakeyActionPolicy, looks: list[StageLook]) -> Call
         local = (scene.points - low[scene.rows]) / extent
         index = splat(local, scene.rows, len(low), stage.views, stage.size, stage.splat_radius)
         heat = output.heat[0].float().flatten(1).softmax(dim=1).view(index.shape[1:])
-        corner = low[0] * policy.edge + policy.corner
+        corner = policy.cube.from_unit(low[0])
         shown = gather_pixels(scene.colours, index)[0].float()
-        looks.append(StageLook(name, stage.views, shown.cpu(), heat.cpu(), corner.cpu(), torch.full((3,), policy.edge * extent)))
+        looks.append(
+            StageLook(name, stage.views, shown.cpu(), heat.cpu(), corner.cpu(), torch.full((3,), policy.edge * extent))
+        )
 
     return keep

@@ -88,9 +88,22 @@ def check_poses(key: str, rows: Tensor) -> None:
         ("a unit quaternion xyzw", "normalise it, or correct the pose"),
         ("a gripper from 0 (closed) to 1 (open)", "scale it to that range"),
     )[kind]
-    raise LlakeyError(
-        f"Expected {expected} in {key}, got {_numbers(columns[row, part])} in batch row {row}; {advice}."
-    )
+    raise LlakeyError(f"Expected {expected} in {key}, got {_numbers(columns[row, part])} in batch row {row}; {advice}.")
+
+
+def check_finite(key: str, values: Tensor) -> None:
+    """Check numbers (B, ...), such as velocities.
+
+    Raises:
+        LlakeyError: naming the key and the batch row if one is not finite.
+    """
+    right = values.isfinite().flatten(1).all(dim=1)
+    if not right.all():
+        row = int((~right).nonzero()[0])
+        raise LlakeyError(
+            f"Expected finite numbers in {key}, got {_numbers(values[row].flatten())} in batch row {row}; correct the "
+            "column."
+        )
 
 
 def check_at_least_zero(key: str, values: Tensor) -> None:

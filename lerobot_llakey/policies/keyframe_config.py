@@ -6,7 +6,14 @@ from dataclasses import dataclass
 
 from lerobot.configs import PreTrainedConfig
 
+from lerobot_llakey.bounds import COUNT, SHARE, Bounds, require_settings
 from lerobot_llakey.policies.schedule import WarmupStableDecayConfig
+
+_BOUNDS = {
+    "n_obs_steps": Bounds(1, 1, whole=True),
+    "scheduler_warmup_steps": COUNT,
+    "scheduler_decay_share": SHARE,
+}
 
 
 @dataclass
@@ -20,6 +27,10 @@ class KeyframePolicyConfig(PreTrainedConfig):
 
     scheduler_warmup_steps: int = 200
     scheduler_decay_share: float = 0.25
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require_settings(self, _BOUNDS)
 
     def get_scheduler_preset(self) -> WarmupStableDecayConfig:
         return WarmupStableDecayConfig(self.scheduler_warmup_steps, self.scheduler_decay_share)

@@ -10,22 +10,9 @@ from lerobot.optim import AdamWConfig
 
 from lerobot_llakey import schema
 from lerobot_llakey.errors import LlakeyError
-from lerobot_llakey.policies.action.views.renderer import VIEWS
+from lerobot_llakey.policies.action.limits import FRAMES, check_settings
 from lerobot_llakey.policies.keyframe_config import KeyframePolicyConfig
 from lerobot_llakey.policies.muon import MuonConfig
-from lerobot_llakey.policies.precision import PRECISIONS
-
-CHOICES: dict[str, tuple[object, ...]] = {
-    "design": ("small", "rvt", "rvt2"),
-    "stages": (1, 2),
-    "condition_on": ("instruction", "task", "both"),
-    "instruction_source": ("instruction", "oracle"),
-    "proprioception": ("pose", "position", "gripper"),
-    "rotation": ("bins", "bins_in_turn", "sixd"),
-    "dtype": PRECISIONS,
-}
-"""What a setting may be."""
-FRAMES = ("view", "hand", "base")
 
 
 @PreTrainedConfig.register_subclass("llakey_action")
@@ -39,8 +26,9 @@ class LlakeyActionConfig(KeyframePolicyConfig):
         design: the network: "small", "rvt" or "rvt2", see :mod:`designs`.
         stages: 2 to look again, at a crop around the first stage's point; 1 to read the pose at the first look.
         cameras: names of the cameras that are fused into the cloud, in the order of the stacked intrinsics.
-        workspace: bounds ((x), (y), (z)) in metres, base frame, of the cloud and of every keyframe.
-        views: virtual orthographic views that are rendered, names of :data:`views.renderer.VIEWS`.
+        workspace: bounds ((x), (y), (z)) in metres, base frame, of the cloud and of every keyframe; the views show the
+            cube around it, see :mod:`views.cube`.
+        views: virtual orthographic views that are rendered, names of :data:`views.renderer.VIEWS` in its order.
         view_size: height and width of a rendered view in pixels, a multiple of 16 ("small") or of ``patch_size``.
         crop_size: edge in metres of the cube around the first stage's point that the second stage renders.
         crop_noise: the training crops are centred on the target plus uniform noise up to this, in metres.
@@ -141,39 +129,7 @@ class LlakeyActionConfig(KeyframePolicyConfig):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        for name, choices in CHOICES.items():
-            if (value := getattr(self, name)) not in choices:
-                raise LlakeyError(
-                    f"Expected {name} out of {', '.join(map(repr, choices))}, got {value!r}; pick one of these."
-                )
-        if self.turn_blur < 0:
-            raise LlakeyError(f"Expected turn_blur of 0 degrees or more, got {self.turn_blur}; correct it.")
-        for name in ("point_dropout", "colour_jitter"):
-            if not 0 <= (share := getattr(self, name)) < 1:
-                raise LlakeyError(f"Expected {name} from 0 up to but not including 1, got {share}; correct it.")
-        step = 16 if self.design == "small" else self.patch_size
-        if self.view_size % step:
-            raise LlakeyError(
-                f"Expected view_size to be a multiple of {step} for design {self.design!r}, got {self.view_size}; try "
-                f"{max(round(self.view_size / step), 1) * step}."
-            )
-        if self.design != "small" and self.token_width % self.transformer_heads:
-            raise LlakeyError(
-                f"Expected transformer_heads that divide token_width, got {self.transformer_heads} and "
-                f"{self.token_width}; try 8 and 512."
-            )
-        if not self.rotation_frames or not set(self.rotation_frames) <= set(FRAMES):
-            raise LlakeyError(
-                f"Expected rotation_frames out of {', '.join(FRAMES)}, got {self.rotation_frames}; pick one or more."
-            )
-        if unknown := [name for name in self.views if name not in VIEWS]:
-            raise LlakeyError(f"Expected views out of {', '.join(VIEWS)}, got {', '.join(unknown)}; pick some.")
-        if {axis for name in self.views for axis in VIEWS[name][:2]} != {0, 1, 2}:
-            raise LlakeyError(f"Expected views that show x, y and z, got {', '.join(self.views)}; add another view.")
-        if len(self.workspace) != 3 or any(len(bounds) != 2 or bounds[0] >= bounds[1] for bounds in self.workspace):
-            raise LlakeyError(
-                f"Expected workspace as three (low, high) pairs in metres, got {self.workspace}; correct it."
-            )
+        check_settings(self)
 
     def get_optimizer_preset(self) -> AdamWConfig | MuonConfig:
         kind = MuonConfig if self.muon else AdamWConfig
@@ -195,7 +151,8 @@ class LlakeyActionConfig(KeyframePolicyConfig):
         """Check that the features of a dataset or environment are those that the policy reads.
 
         Raises:
-            ValueError: if a camera, its calibration, the state or the action is missing or of another shape.
+            LlakeyError: if a camera, its calibration, the state or the action is missing or of another shape, or the
+                cameras come in another order.
         """
         inputs: dict[str, PolicyFeature] = self.input_features or {}
         missing = [key for key in self.required_features() if key not in inputs]
@@ -214,6 +171,13 @@ class LlakeyActionConfig(KeyframePolicyConfig):
             raise LlakeyError(
                 f"Expected {schema.INTRINSICS} of {count} cameras ({', '.join(self.cameras)}), got {stacked}; set "
                 "policy.cameras to the dataset's cameras in the order of its calibration."
+            )
+        known = {schema.image_key(camera): camera for camera in self.cameras}
+        recorded = [known[key] for key in inputs if key in known]
+        if recorded != list(self.cameras):
+            raise LlakeyError(
+                f"Expected policy.cameras in the order of the dataset's cameras, {', '.join(recorded)}, which its "
+                f"calibration follows, got {', '.join(self.cameras)}; put them in that order."
             )
         action = self.action_feature
         if action is not None and tuple(action.shape) != (schema.ACTION_DIM,):

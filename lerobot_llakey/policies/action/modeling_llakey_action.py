@@ -36,7 +36,7 @@ from lerobot_llakey.policies.action.parameter_groups import parameter_groups
 from lerobot_llakey.policies.action.stage import Stage
 from lerobot_llakey.policies.action.text.conditioning import read_texts
 from lerobot_llakey.policies.action.text.word_encoder import QueryPool, TextRoles
-from lerobot_llakey.policies.action.views.cube import cube_around
+from lerobot_llakey.policies.action.views.cube import UnitCube
 from lerobot_llakey.policies.action.views.scene import Scene
 from lerobot_llakey.policies.batch import check_actions, check_loss, check_poses, weighted
 from lerobot_llakey.policies.precision import autocast
@@ -60,14 +60,13 @@ class LlakeyActionPolicy(PreTrainedPolicy):
 
     Attributes:
         workspace: (3, 2) bounds in metres of what is looked at.
-        corner, edge: lower corner (3,) and edge in metres of the cube around it, see :func:`cube_around`.
+        cube: around it, in whose units all places are told.
     """
 
     config_class = LlakeyActionConfig
     name = "llakey_action"
     config: LlakeyActionConfig
     workspace: Tensor
-    corner: Tensor
     training_step: Tensor
 
     def __init__(
@@ -81,8 +80,7 @@ class LlakeyActionPolicy(PreTrainedPolicy):
         self.design = DESIGNS[config.design]
         felt = proprioception_width(config)
         self.register_buffer("workspace", torch.tensor(config.workspace, dtype=torch.float32), persistent=False)
-        corner, self.edge = cube_around(config.workspace)
-        self.register_buffer("corner", torch.tensor(corner, dtype=torch.float32), persistent=False)
+        self.cube = UnitCube(config.workspace)
         self.register_buffer("training_step", torch.zeros((), dtype=torch.int64))
         self.text = make_text_encoder(config)
         width = self.text.width
@@ -132,7 +130,7 @@ class LlakeyActionPolicy(PreTrainedPolicy):
                     check_poses(schema.STATE, batch[schema.STATE])  # before a motion makes a pose of it
                 motion = sample_motion(labels.position, self.workspace, config.augment_translation, config.augment_yaw)
                 batch, labels = moved(batch, labels, motion)
-            target = self._to_unit(labels.position)
+            target = self.cube.to_unit(labels.position)
             cloud = fuse_views(batch, config.cameras, self.workspace)
             if self.training:
                 cloud = varied(cloud, len(target), config.point_dropout, config.colour_jitter)
@@ -144,7 +142,7 @@ class LlakeyActionPolicy(PreTrainedPolicy):
             scene = self._scene(cloud, hand, texts, labels.lift)
             looks = {"coarse": (self.coarse(scene, torch.zeros_like(target), 1.0), target)}
             if self.fine is not None:
-                low, extent = self._crop(target + self._crop_noise(target))
+                low, extent = self.cube.crop(target + self._crop_noise(target), config.crop_size)
                 looks["fine"] = (self.fine(scene, low, extent), (target - low) / extent)
             pose = self._read_pose(list(looks.values()), scene, hand, labels.heading, labels.quaternion)
         loss, figures = self._loss(looks, pose, labels)
@@ -178,33 +176,23 @@ class LlakeyActionPolicy(PreTrainedPolicy):
             place = locate(coarse.heat, config.views)
             looks = [(coarse, place)]
             if self.fine is not None:
-                low, extent = self._crop(place)
+                low, extent = self.cube.crop(place, config.crop_size)
                 fine = self.fine(scene, low, extent)
                 local = locate(with_prior(fine.heat, coarse.heat, low, extent, config.views), config.views)
                 place = low + local * extent
                 looks = [(coarse, place), (fine, local)]
             pose = self._read_pose(looks, scene, hand, torch.zeros_like(place[:, 0]))
-        position = self._from_unit(place)
+        position = self.cube.from_unit(place)
         flags = torch.stack((pose.gripper.argmax(dim=-1), pose.collision.argmax(dim=-1)), dim=-1)
         return check_actions(torch.cat((position, self.pose.quaternion(pose), flags.to(position)), dim=-1))
 
     def _autocast(self) -> torch.autocast:
         return autocast(self.config.dtype, self.workspace.device)
 
-    def _to_unit(self, position: Tensor) -> Tensor:
-        return (position - self.corner) / self.edge
-
-    def _from_unit(self, position: Tensor) -> Tensor:
-        return position * self.edge + self.corner
-
-    def _crop(self, centre: Tensor) -> tuple[Tensor, float]:
-        extent = self.config.crop_size / self.edge
-        return centre - extent / 2, extent
-
     def _crop_noise(self, target: Tensor) -> Tensor:
         if not self.training:
             return torch.zeros_like(target)
-        return (torch.rand_like(target) * 2 - 1) * (self.config.crop_noise / self.edge)
+        return (torch.rand_like(target) * 2 - 1) * (self.config.crop_noise / self.cube.edge)
 
     def _scene(self, cloud: PointCloud, hand: Proprioception, texts: Sequence[Sequence[str]], lift: Tensor) -> Scene:
         encoded = [self.text(part) for part in texts]
@@ -213,8 +201,8 @@ class LlakeyActionPolicy(PreTrainedPolicy):
         if self.design.grounded:
             sentence = self.sentence(words, padding).flatten(1)
             condition = self.condition(torch.cat((sentence, condition.to(sentence.dtype)), dim=1))
-        base = lift / self.edge
-        points, place = self._to_unit(cloud.points), self._to_unit(hand.place)
+        base = lift / self.cube.edge
+        points, place = self.cube.to_unit(cloud.points), self.cube.to_unit(hand.place)
         return Scene(points, cloud.colours, cloud.rows, base, place, condition, words, padding)
 
     def _read_pose(
@@ -252,9 +240,9 @@ class LlakeyActionPolicy(PreTrainedPolicy):
         for name in ("rotation", "gripper", "collision"):
             loss = loss + getattr(config, f"{name}_weight") * parts[f"{name}_loss"]
         figures: dict[str, Any] = {key: value.detach().mean().item() for key, value in parts.items()}
-        figures["coarse_within_2cm"] = share_within(*looks["coarse"], views, 0.02 / self.edge)
+        figures["coarse_within_2cm"] = share_within(*looks["coarse"], views, 0.02 / self.cube.edge)
         if "fine" in looks:
-            figures["fine_within_5mm"] = share_within(*looks["fine"], views, 0.005 / self._crop(labels.position)[1])
+            figures["fine_within_5mm"] = share_within(*looks["fine"], views, 0.005 / config.crop_size)
         figures["rotation_within_5_degrees"] = share_turned_less(self.pose.quaternion(pose), labels.quaternion, 5.0)
         figures["gripper_right"] = share_right(pose.gripper, labels.gripper)
         return loss, figures

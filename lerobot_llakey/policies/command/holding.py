@@ -12,6 +12,7 @@ from typing import Any
 from torch import Tensor
 
 from lerobot_llakey import schema
+from lerobot_llakey.policies.batch import check_finite
 from lerobot_llakey.policies.texts import text_column
 
 MOVING_ABOVE = 0.1
@@ -33,11 +34,12 @@ def held_instructions(batch: Mapping[str, Any], above: float | None) -> list[str
         above: speed of the fastest joint in radians a second above which the arm moves; None asks about all rows.
 
     Raises:
-        ValueError: if the task is missing.
+        LlakeyError: if a task is missing or empty, or a velocity is not finite.
     """
     tasks = text_column(batch, schema.TASK)
     if above is None or schema.VELOCITY not in batch:
         return [None] * len(tasks)
-    previous = text_column(batch, schema.PREVIOUS_INSTRUCTION, default=[""] * len(tasks))
+    previous = text_column(batch, schema.PREVIOUS_INSTRUCTION, len(tasks), default=[""] * len(tasks), may_be_empty=True)
+    check_finite(schema.VELOCITY, batch[schema.VELOCITY])
     moves = moving(batch[schema.VELOCITY], above).tolist()
     return [text or None if moved else None for text, moved in zip(previous, moves, strict=True)]

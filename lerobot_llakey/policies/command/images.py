@@ -9,24 +9,16 @@ import torch
 from torch import Tensor
 from torch.nn import functional
 
-from lerobot_llakey import schema
-from lerobot_llakey.errors import LlakeyError
+from lerobot_llakey.policies.batch import read_images
 
 
 def stack_views(batch: Mapping[str, Any], keys: Sequence[str]) -> Tensor:
     """The views of a batch as one tensor (B, V, 3, H, W) in 0..1, in the order of ``keys``.
 
     Raises:
-        ValueError: if an image is missing or has another shape than (B, 3, H, W).
+        LlakeyError: if an image is missing, has another shape than (B, 3, H, W), or colours outside 0..1.
     """
-    missing = [key for key in keys if key not in batch]
-    if missing:
-        there = sorted(key for key in batch if key.startswith(schema.image_key("")))
-        raise LlakeyError(f"Expected the images {list(keys)} in the batch, got {there} without {missing}; add them.")
-    images = [batch[key] for key in keys]
-    for key, image in zip(keys, images, strict=True):
-        if image.ndim != 4 or image.shape[1] != 3:
-            raise LlakeyError(f"Expected {key} of shape (B, 3, H, W), got {tuple(image.shape)}; batch single images.")
+    images = read_images(batch, keys)
     size = images[0].shape[-2:]
     return torch.stack([image if image.shape[-2:] == size else resize(image, tuple(size)) for image in images], dim=1)
 

@@ -17,8 +17,9 @@ from lerobot.policies.pretrained import PreTrainedPolicy
 from torch import Tensor
 from torch.nn import functional
 
-from lerobot_llakey import instructions, schema
+from lerobot_llakey import schema
 from lerobot_llakey.errors import LlakeyError
+from lerobot_llakey.policies.batch import check_actions, check_loss, check_poses, weighted
 from lerobot_llakey.policies.command.chat.backend import ChatBackend
 from lerobot_llakey.policies.command.checkpoints import CommandCheckpoints
 from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
@@ -38,9 +39,9 @@ from lerobot_llakey.policies.command.small.auxiliary import KeyframeHead
 from lerobot_llakey.policies.command.small.tokenizer import grammar_words, known_words
 from lerobot_llakey.policies.command.targets.action import ActionTarget
 from lerobot_llakey.policies.command.targets.make import make_target
-from lerobot_llakey.policies.texts import text_column
 from lerobot_llakey.policies.command.vocabulary import dataset_instructions, dataset_tasks
 from lerobot_llakey.policies.precision import autocast
+from lerobot_llakey.policies.texts import reworded, text_column
 
 
 class LlakeyCommandPolicy(CommandCheckpoints, TakesAdapters, PreTrainedPolicy):
@@ -101,12 +102,24 @@ class LlakeyCommandPolicy(CommandCheckpoints, TakesAdapters, PreTrainedPolicy):
             self.auxiliary = KeyframeHead(config.text_width)
         self.target = make_target(config)
         self._trie = self.target.trie(self.encoder)
+        if config.constrain and config.target == "instruction":
+            self._require_room()
 
     def _learn_texts(self, dataset_meta: Any) -> None:
         found = dataset_instructions(dataset_meta) if self.config.target == "instruction" else []
         self.config.instructions = sorted({*self.config.instructions, *found})
         if not self.config.words:
             self.config.words = sorted({*grammar_words(), *known_words([*dataset_tasks(dataset_meta), *found])})
+        self.config.check_texts()
+
+    def _require_room(self) -> None:
+        """Refuse known answers that would be cut short."""
+        for text in self.config.instructions:
+            if (count := len(self.encoder.answer(text))) > self.config.max_new_tokens:
+                raise LlakeyError(
+                    f"Expected max_new_tokens of at least {count}, which {text!r} takes, got "
+                    f"{self.config.max_new_tokens}; raise it."
+                )
 
     def get_optim_params(self) -> list[dict[str, Any]]:
         """Parameters in groups: hidden matrices (for Muon), other weights, and what does not decay."""
@@ -124,16 +137,20 @@ class LlakeyCommandPolicy(CommandCheckpoints, TakesAdapters, PreTrainedPolicy):
             batch: images (B, 3, H, W) in 0..1 of every view, ``task`` and ``observation.instruction`` as lists of str,
                 ``observation.previous_instruction`` where the history is on, and ``observation.state`` (B, 15) where
                 the state is told; ``action`` (B, 9) in place of the instructions where that is the target.
-            reduction: "mean" for one loss, "none" for one a sample (B,).
+            reduction: "mean" for one loss, over all tokens; "none" for one a sample (B,), whose mean is that loss: a
+                sample counts by its tokens.
 
         Returns:
             The loss, and shares in 0..1: tokens predicted right, answers predicted right as a whole, and the latter
             among the samples whose instruction has just changed: at keyframes and at the start.
 
         Raises:
-            ValueError: if something is missing in the batch.
+            LlakeyError: if something in the batch is missing or wrong, or the loss is not finite.
         """
         self._require_weights()
+        if aided := self.auxiliary is not None and self.training and schema.STATE in batch and schema.ACTION in batch:
+            check_poses(schema.STATE, batch[schema.STATE])
+            check_poses(schema.ACTION, batch[schema.ACTION])
         answers = self.target.answers(batch)
         images = stack_views(batch, self.config.image_keys)
         if self.training:
@@ -145,19 +162,17 @@ class LlakeyCommandPolicy(CommandCheckpoints, TakesAdapters, PreTrainedPolicy):
             hidden = self.model.model(**inputs, use_cache=False).last_hidden_state[:, -length - 1 : -1]
             logits = self.model.lm_head(hidden).float()
         losses = functional.cross_entropy(logits.transpose(1, 2), labels, ignore_index=IGNORED, reduction="none")
-        if schema.SAMPLE_WEIGHT in batch:
-            weights = batch[schema.SAMPLE_WEIGHT].reshape(-1, 1).float()
-            losses = losses * weights / weights.mean()
         counted = labels != IGNORED
         has_previous = schema.PREVIOUS_INSTRUCTION in batch and self.config.target == "instruction"
-        previous = text_column(batch, schema.PREVIOUS_INSTRUCTION) if has_previous else None
+        previous = text_column(batch, schema.PREVIOUS_INSTRUCTION, may_be_empty=True) if has_previous else None
         metrics = answer_metrics(logits.detach().argmax(-1) == labels, counted, answers, previous)
-        loss = losses.sum(1) / counted.sum(1) if reduction == "none" else losses.sum() / counted.sum()
-        if self.auxiliary is not None and self.training and schema.STATE in batch and schema.ACTION in batch:
+        loss = weighted(losses.sum(dim=1) * len(losses) / counted.sum(), batch)
+        if aided and self.auxiliary is not None:
             aid = self.auxiliary.loss(hidden[:, 0], batch[schema.STATE], batch[schema.ACTION])
             metrics |= {"instruction_loss": float(loss.detach().mean()), "auxiliary_loss": float(aid.detach().mean())}
-            loss = loss + self.config.auxiliary_weight * (aid if reduction == "none" else aid.mean())
-        return loss, metrics
+            loss = loss + self.config.auxiliary_weight * aid
+        loss = check_loss(loss)
+        return (loss if reduction == "none" else loss.mean()), metrics
 
     def next_instructions(self, batch: dict[str, Any]) -> list[str]:
         """The next basic action of each row of a batch, decoded greedily; see :meth:`answer`."""
@@ -234,7 +249,7 @@ class LlakeyCommandPolicy(CommandCheckpoints, TakesAdapters, PreTrainedPolicy):
             rows = range(len(batch[self.config.image_keys[0]]))
             texts = [answer.text for answer in self._answers(batch, rows)]
         actions = np.stack([self.target.text.decode(text) for text in texts])
-        return torch.from_numpy(actions).to(batch[self.config.image_keys[0]].device)
+        return check_actions(torch.from_numpy(actions)).to(batch[self.config.image_keys[0]].device)
 
     def predict_action_chunk(self, batch: dict[str, Any], **kwargs: Any) -> Tensor:
         """One step as a chunk (B, 1, 9)."""
@@ -253,9 +268,7 @@ class LlakeyCommandPolicy(CommandCheckpoints, TakesAdapters, PreTrainedPolicy):
 
     def _reworded(self, text: str) -> str:
         worded = self.training and self.config.target == "instruction"
-        if not worded or self._rng.random() >= self.config.synonym_probability:
-            return text
-        return instructions.paraphrase(text, self._rng)
+        return reworded(text, self.config.synonym_probability, self._rng) if worded else text
 
     def _autocast(self, device: torch.device) -> torch.autocast:
         config = self.config

@@ -9,6 +9,7 @@ import numpy as np
 
 from lerobot_llakey import schema
 from lerobot_llakey.errors import LlakeyError
+from lerobot_llakey.policies.batch import check_poses
 from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
 from lerobot_llakey.policies.command.pose_text import PoseText
 from lerobot_llakey.policies.command.prompt import Prompt
@@ -27,13 +28,14 @@ def read_prompts(
         rng: in training, draws the rows whose previous instruction is hidden; None hides none.
 
     Raises:
-        ValueError: if the task or the state is missing.
+        LlakeyError: if the task or the state is missing, or wrong in a row.
     """
     tasks = text_column(batch, schema.TASK)
     states: Sequence[str | None] = _states(batch, config) if config.tells_state else [None] * len(tasks)
     previous: Sequence[str | None] = [None] * len(tasks)
     if config.history and config.target == "instruction":
-        previous = text_column(batch, schema.PREVIOUS_INSTRUCTION, default=[""] * len(tasks))
+        none = [""] * len(tasks)
+        previous = text_column(batch, schema.PREVIOUS_INSTRUCTION, len(tasks), default=none, may_be_empty=True)
         if rng is not None:
             hidden = rng.random(len(tasks)) < config.history_dropout
             previous = ["" if hide else text for hide, text in zip(hidden, previous, strict=True)]
@@ -47,5 +49,6 @@ def _states(batch: Mapping[str, Any], config: LlakeyCommandConfig) -> list[str]:
             f"Expected {schema.STATE!r} in the batch for proprioception=pose, got {sorted(batch)}; use a dataset or an "
             "environment that has it."
         )
+    check_poses(schema.STATE, batch[schema.STATE])
     text = PoseText(config.action_bins, config.workspace)
     return [text.encode_state(state) for state in batch[schema.STATE].double().cpu().numpy()]

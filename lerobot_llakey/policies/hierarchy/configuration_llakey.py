@@ -7,13 +7,29 @@ from dataclasses import dataclass, field
 from lerobot.configs import FeatureType, NormalizationMode, PreTrainedConfig
 
 from lerobot_llakey import instructions
+from lerobot_llakey.bounds import AT_LEAST_ONE, COUNT, POSITIVE, SHARE, Bounds, require_settings, require_texts
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.action.configuration_llakey_action import LlakeyActionConfig
+from lerobot_llakey.policies.batch import FARTHEST
 from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
 from lerobot_llakey.policies.keyframe_config import KeyframePolicyConfig
 from lerobot_llakey.policies.muon import MuonConfig
 
 COMMANDERS = ("policy", "oracle", "task", "list")
+BOUNDS: dict[str, Bounds] = {
+    "repeat_threshold": COUNT,
+    "random_move_probability": SHARE,
+    "random_move_radius": Bounds(0, FARTHEST),
+    "ask_again_attempts": AT_LEAST_ONE,
+    "ask_again_temperature": POSITIVE,
+    "still_distance": Bounds(0, FARTHEST),
+    "still_degrees": Bounds(0, 180),
+    "seed": COUNT,
+    "command_lr_multiplier": POSITIVE,
+    "action_lr_multiplier": POSITIVE,
+    "optimizer_grad_clip_norm": Bounds(),
+}
+"""What a number may be."""
 
 
 @PreTrainedConfig.register_subclass("llakey")
@@ -88,21 +104,8 @@ class LlakeyConfig(KeyframePolicyConfig):
         super().__post_init__()
         if self.commander not in COMMANDERS:
             raise LlakeyError(f"Expected a commander out of {COMMANDERS}, got {self.commander!r}; pick one of these.")
-        if self.repeat_threshold < 0 or self.random_move_radius < 0 or not 0 <= self.random_move_probability <= 1:
-            raise LlakeyError(
-                "Expected repeat_threshold >= 0, random_move_radius >= 0 and random_move_probability in [0, 1], got "
-                f"{self.repeat_threshold}, {self.random_move_radius} and {self.random_move_probability}; correct them."
-            )
-        if self.ask_again_attempts < 1 or self.ask_again_temperature <= 0:
-            raise LlakeyError(
-                "Expected ask_again_attempts >= 1 and ask_again_temperature > 0, got "
-                f"{self.ask_again_attempts} and {self.ask_again_temperature}; correct them."
-            )
-        if min(self.still_distance, self.still_degrees) < 0:
-            raise LlakeyError(
-                "Expected still_distance >= 0 and still_degrees >= 0, got "
-                f"{self.still_distance} and {self.still_degrees}; correct them."
-            )
+        require_settings(self, BOUNDS)
+        require_texts("instructions", list(dict.fromkeys(self.instructions)))  # one may come again and again
         if self.commander == "list" and not self.instructions:
             raise LlakeyError("Expected at least one instruction for commander='list', got none; set instructions.")
         if not (self.train_action or (self.train_command and self.commander == "policy")):

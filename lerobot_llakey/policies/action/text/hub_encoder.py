@@ -66,7 +66,12 @@ class HubTextEncoder(nn.Module):
     def _encode(self, text: str) -> Tensor:
         device = self.here.device
         model = self._frozen[0].to(device)
-        tokens = self._tokenizer(text, return_tensors="pt", truncation=True, max_length=self._longest).to(device)
+        tokens = self._tokenizer(text, return_tensors="pt").to(device)
+        if (count := tokens["input_ids"].shape[1]) > self._longest:
+            raise LlakeyError(
+                f"Expected a text of at most {self._longest} tokens for policy.text_model, got {count} "
+                f"({text[:60]!r}...); shorten it."
+            )
         inputs = {key: tokens[key] for key in ("input_ids", "attention_mask")}
         # Kept features may later be trained with, even if they were made while deciding.
         with torch.inference_mode(False), torch.no_grad(), torch.autocast(device.type, enabled=False):

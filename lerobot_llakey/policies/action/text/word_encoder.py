@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Sequence
+import unicodedata
+from collections.abc import Iterator, Sequence
 from functools import lru_cache
 from hashlib import blake2b
 
 import torch
 from torch import Tensor, nn
 
-_WORD = re.compile(r"[a-z0-9]+|\|")
+from lerobot_llakey.errors import LlakeyError
+
+_UNSPACED = ("CJK", "HIRAGANA", "KATAKANA", "THAI", "LAO", "KHMER", "MYANMAR")
+"""Scripts written without spaces between words: each of their letters is taken for a word."""
 
 
 @lru_cache(maxsize=4096)
@@ -19,20 +22,62 @@ def _hash(word: str, buckets: int) -> tuple[int, int]:
     return 1 + int.from_bytes(digest[:4], "big") % buckets, 1 + int.from_bytes(digest[4:], "big") % buckets
 
 
+def words_of(text: str) -> list[str]:
+    """The words of a text in lower case: letters and digits of any script, and each vertical bar.
+
+    Punctuation parts words and is dropped. Text in a script without spaces falls into its letters.
+    """
+    return [word for run in _runs(unicodedata.normalize("NFC", text.lower())) for word in run]
+
+
+def _runs(text: str) -> Iterator[list[str]]:
+    run = ""
+    for character in text:
+        kind = unicodedata.category(character)[0]
+        if (kind == "M" and run) or (
+            kind in "LN" and not _stands_alone(character) and not (run and _stands_alone(run[0]))
+        ):  # vowel signs and accents belong to the letter before
+            run += character
+        else:
+            yield [run] if run else []
+            run = character if kind in "LN" else ""
+            if character == "|":
+                yield ["|"]
+    yield [run] if run else []
+
+
+@lru_cache(maxsize=4096)
+def _stands_alone(character: str) -> bool:
+    return character > "\u0dff" and unicodedata.name(character, "").startswith(_UNSPACED)
+
+
 def hash_words(texts: Sequence[str], length: int, buckets: int) -> Tensor:
     """Two independent hashes of each word.
 
     Args:
-        texts: B texts; case and punctuation are ignored, words after the ``length``-th are dropped.
-        length: words kept.
+        texts: B texts; case and punctuation are ignored.
+        length: of the longest text, in words.
         buckets: hashes lie in 1..buckets; 0 marks padding.
 
     Returns:
         (B, length, 2) int64, the same on every machine. Two words are confused only if both hashes agree.
+
+    Raises:
+        LlakeyError: naming the row if a text has more words, or is not empty and has none.
     """
     hashes = torch.zeros(len(texts), length, 2, dtype=torch.int64)
     for row, text in enumerate(texts):
-        for column, word in enumerate(_WORD.findall(text.lower())[:length]):
+        words = words_of(text)
+        if len(words) > length:
+            raise LlakeyError(
+                f"Expected at most {length} words (policy.text_length), got {len(words)} in batch row {row} "
+                f"({' '.join(words[:6])} ...); shorten the text, or train with a larger text_length."
+            )
+        if not words and text.strip():
+            raise LlakeyError(
+                f"Expected letters or digits in a text, got {text!r} in batch row {row}; give the policy words."
+            )
+        for column, word in enumerate(words):
             hashes[row, column] = torch.tensor(_hash(word, buckets))
     return hashes
 

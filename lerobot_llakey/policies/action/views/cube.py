@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import torch
+from torch import Tensor, nn
 
-def cube_around(workspace: Sequence[Sequence[float]]) -> tuple[tuple[float, ...], float]:
+
+class UnitCube(nn.Module):
     """The cube around the middle of a workspace that its longest edge just fits in.
 
     One scale for all three axes: a pixel is as long one way as the other, turns stay turns, and a crop is a cube. What
@@ -14,8 +17,33 @@ def cube_around(workspace: Sequence[Sequence[float]]) -> tuple[tuple[float, ...]
     Args:
         workspace: bounds (low, high) of x, y and z in metres.
 
-    Returns:
-        The lower corner and the edge, in metres.
+    Attributes:
+        corner: (3,) its lower corner in metres.
+        edge: its edge in metres.
     """
-    edge = max(high - low for low, high in workspace)
-    return tuple((low + high) / 2 - edge / 2 for low, high in workspace), edge
+
+    corner: Tensor
+
+    def __init__(self, workspace: Sequence[Sequence[float]]) -> None:
+        super().__init__()
+        self.edge = longest_edge(workspace)
+        corner = [(low + high) / 2 - self.edge / 2 for low, high in workspace]
+        self.register_buffer("corner", torch.tensor(corner, dtype=torch.float32), persistent=False)
+
+    def to_unit(self, position: Tensor) -> Tensor:
+        """Places (..., 3) in metres, in units of the cube."""
+        return (position - self.corner) / self.edge
+
+    def from_unit(self, place: Tensor) -> Tensor:
+        """Inverse of :meth:`to_unit`."""
+        return place * self.edge + self.corner
+
+    def crop(self, centre: Tensor, size: float) -> tuple[Tensor, float]:
+        """Lower corner (..., 3) and edge, in units, of a cube of ``size`` metres around a centre (..., 3) in units."""
+        extent = size / self.edge
+        return centre - extent / 2, extent
+
+
+def longest_edge(workspace: Sequence[Sequence[float]]) -> float:
+    """The longest edge of a workspace in metres."""
+    return max(high - low for low, high in workspace)

@@ -12,6 +12,7 @@ from typing import Any
 
 from lerobot_llakey import schema
 from lerobot_llakey.errors import LlakeyError
+from lerobot_llakey.policies.batch import check_poses
 from lerobot_llakey.policies.command.decoding.trie import Node, Trie
 from lerobot_llakey.policies.command.encoding import Encoder
 from lerobot_llakey.policies.command.pose_text import DIGITS, PoseText
@@ -38,6 +39,7 @@ class ActionTarget(Target):
             raise LlakeyError(
                 f"Expected {schema.ACTION!r} in the batch for target=action, got {sorted(batch)}; use keysteps."
             )
+        check_poses(schema.ACTION, batch[schema.ACTION])
         return [self.text.encode(action) for action in batch[schema.ACTION].double().cpu().numpy()]
 
     def trie(self, encoder: Encoder) -> Trie:
