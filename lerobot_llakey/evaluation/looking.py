@@ -153,8 +153,7 @@ def _keep(name: str, policy: LlakeyActionPolicy, looks: list[StageLook]) -> Call
         heat = output.heat[0].float().flatten(1).softmax(dim=1).view(index.shape[1:])
         corner = policy.cube.from_unit(low[0])
         shown = gather_pixels(scene.colours, index)[0].float()
-        looks.append(
-            StageLook(name, stage.views, shown.cpu(), heat.cpu(), corner.cpu(), torch.full((3,), policy.edge * extent))
-        )
+        size = torch.full_like(corner, policy.cube.edge * extent)
+        looks.append(StageLook(name, stage.views, shown.cpu(), heat.cpu(), corner.cpu(), size.cpu()))
 
     return keep

@@ -2,53 +2,21 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 from typing import Any
 
 from lerobot.configs import FeatureType, NormalizationMode, PolicyFeature, PreTrainedConfig
 from lerobot.optim import AdamWConfig
 
-from lerobot_llakey import instructions, schema
-from lerobot_llakey.bounds import (
-    AT_LEAST_ONE,
-    COUNT,
-    SHARE,
-    Bounds,
-    require_box,
-    require_settings,
-    require_texts,
-)
+from lerobot_llakey import schema
 from lerobot_llakey.errors import LlakeyError
-from lerobot_llakey.policies.batch import FARTHEST
 from lerobot_llakey.policies.command.chat.settings import ChatSettings
 from lerobot_llakey.policies.command.holding import MOVING_ABOVE
+from lerobot_llakey.policies.command.limits import check_numbers, check_texts
 from lerobot_llakey.policies.command.pretrained.settings import PretrainedModelSettings
 from lerobot_llakey.policies.keyframe_config import KeyframePolicyConfig
 from lerobot_llakey.policies.muon import MuonConfig
 from lerobot_llakey.policies.precision import PRECISIONS
-
-BOUNDS: dict[str, Bounds] = {
-    "history_dropout": SHARE,
-    "image_size": AT_LEAST_ONE,
-    "patch_size": AT_LEAST_ONE,
-    "vision_width": AT_LEAST_ONE,
-    "vision_layers": AT_LEAST_ONE,
-    "vision_heads": AT_LEAST_ONE,
-    "text_width": AT_LEAST_ONE,
-    "text_layers": AT_LEAST_ONE,
-    "text_heads": AT_LEAST_ONE,
-    "auxiliary_weight": Bounds(),
-    "action_bins": Bounds(2, 1000, whole=True),
-    "max_new_tokens": Bounds(2, 4096, whole=True),
-    "shift_pixels": COUNT,
-    "colour_jitter": Bounds(0, 1, open="high"),
-    "synonym_probability": SHARE,
-    "optimizer_lr": Bounds(0, open="low", optional=True),
-    "optimizer_weight_decay": Bounds(),
-    "optimizer_grad_clip_norm": Bounds(),
-}
-"""What a number may be."""
 
 
 @PreTrainedConfig.register_subclass("llakey_command")
@@ -147,10 +115,8 @@ class LlakeyCommandConfig(PretrainedModelSettings, KeyframePolicyConfig):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        require_texts("views", self.views, some=True)
-        require_settings(self, BOUNDS)
-        require_box("workspace", self.workspace, FARTHEST)
-        self.check_texts()
+        check_numbers(self)
+        check_texts(self)
         if self.history not in (0, 1):
             raise LlakeyError(f"Expected `history` to be 0 or 1, got {self.history}; only one instruction is kept.")
         if self.proprioception not in ("none", "pose"):
@@ -168,45 +134,15 @@ class LlakeyCommandConfig(PretrainedModelSettings, KeyframePolicyConfig):
                 "Expected backend=local and constrain=true with target=action, got others; only then every answer is a "
                 "pose."
             )
-        if self.hold_above is not None and not 0 < self.hold_above < math.inf:
-            raise LlakeyError(
-                f"Expected `hold_above` above 0 radians a second, got {self.hold_above}; null asks about every frame."
-            )
         self.check_model_settings()
         if self.dtype == "float32" and self.weights_dtype != "float32":
             raise LlakeyError(
                 f"Expected float32 weights with dtype=float32, got {self.weights_dtype} weights; set dtype=auto."
             )
-        for width, heads in (("vision_width", "vision_heads"), ("text_width", "text_heads")):
-            if getattr(self, width) % getattr(self, heads):
-                raise LlakeyError(
-                    f"Expected `{heads}` to divide `{width}`, got {getattr(self, heads)} and {getattr(self, width)}; "
-                    "change one of them."
-                )
         if self.image_size % self.patch_size:
             raise LlakeyError(
                 f"Expected `image_size` to be a multiple of `patch_size`, got {self.image_size} and {self.patch_size}; "
                 "change one of them."
-            )
-
-    def check_texts(self) -> None:
-        """Check the vocabulary and the known answers.
-
-        Raises:
-            LlakeyError: if the words are not in order, or an answer is no basic action.
-        """
-        require_texts("words", self.words)
-        require_texts("instructions", self.instructions)
-        if self.words != sorted(self.words):
-            raise LlakeyError(
-                "Expected words in alphabetical order, in which the weights know them, got "
-                f"{', '.join(self.words[:5])}, ...; take the checkpoint's own or sort them."
-            )
-        wrong = [text for text in self.instructions if not instructions.is_parsable(text)]
-        if self.target == "instruction" and wrong:
-            raise LlakeyError(
-                f"Expected instructions in the grammar of basic actions, got {len(wrong)} outside it "
-                f"({', '.join(repr(text[:60]) for text in wrong[:5])}), which would never be carried out; reword them."
             )
 
     @property

@@ -30,6 +30,7 @@ from lerobot_llakey.policies.command.encoding import IGNORED
 from lerobot_llakey.policies.command.holding import held_instructions
 from lerobot_llakey.policies.command.images import augment, stack_views
 from lerobot_llakey.policies.command.language_model import build_language_model
+from lerobot_llakey.policies.command.limits import check_room, check_texts
 from lerobot_llakey.policies.command.metrics import answer_metrics
 from lerobot_llakey.policies.command.parameter_groups import parameter_groups
 from lerobot_llakey.policies.command.pretrained.adapters import TakesAdapters
@@ -103,23 +104,14 @@ class LlakeyCommandPolicy(CommandCheckpoints, TakesAdapters, PreTrainedPolicy):
         self.target = make_target(config)
         self._trie = self.target.trie(self.encoder)
         if config.constrain and config.target == "instruction":
-            self._require_room()
+            check_room(config, self.encoder)
 
     def _learn_texts(self, dataset_meta: Any) -> None:
         found = dataset_instructions(dataset_meta) if self.config.target == "instruction" else []
         self.config.instructions = sorted({*self.config.instructions, *found})
         if not self.config.words:
             self.config.words = sorted({*grammar_words(), *known_words([*dataset_tasks(dataset_meta), *found])})
-        self.config.check_texts()
-
-    def _require_room(self) -> None:
-        """Refuse known answers that would be cut short."""
-        for text in self.config.instructions:
-            if (count := len(self.encoder.answer(text))) > self.config.max_new_tokens:
-                raise LlakeyError(
-                    f"Expected max_new_tokens of at least {count}, which {text!r} takes, got "
-                    f"{self.config.max_new_tokens}; raise it."
-                )
+        check_texts(self.config)
 
     def get_optim_params(self) -> list[dict[str, Any]]:
         """Parameters in groups: hidden matrices (for Muon), other weights, and what does not decay."""

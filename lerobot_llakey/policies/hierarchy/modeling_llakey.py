@@ -16,6 +16,7 @@ from torch import Tensor
 from lerobot_llakey import schema
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.action.modeling_llakey_action import LlakeyActionPolicy
+from lerobot_llakey.policies.batch import check_poses
 from lerobot_llakey.policies.command.modeling_llakey_command import LlakeyCommandPolicy
 from lerobot_llakey.policies.command.pretrained.loading import ASSETS, save_assets
 from lerobot_llakey.policies.hierarchy.commanders.build import build_commander
@@ -212,9 +213,11 @@ class LlakeyPolicy(PublishedPolicy):
             Actions (B, 9): poses in metres and unit quaternions xyzw, gripper, collision flag.
 
         Raises:
-            ValueError: if the number of rows or the thread changed without a reset, or something is missing in the
-                batch.
+            LlakeyError: if the number of rows or the thread changed without a reset, or something in the batch is
+                missing or wrong.
         """
+        if schema.STATE in batch:  # the loop says so where it is missing
+            check_poses(schema.STATE, batch[schema.STATE])
         self.last_instructions = self.loop.instruct(self.commander, batch)
         batch = {**self.commander.with_tasks(batch), schema.INSTRUCTION: list(self.last_instructions)}
         actions = self.action.select_action(batch)

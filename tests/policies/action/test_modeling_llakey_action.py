@@ -115,7 +115,7 @@ def test_deciding_is_repeatable_and_saved_policies_decide_alike(tmp_path):
 
 def test_missing_text_is_refused():
     batch, _, _ = observation(rows=2)
-    with pytest.raises(ValueError, match="2 texts, one for each batch row, got none"):
+    with pytest.raises(ValueError, match="Expected 'task' in the batch, got"):
         make_policy().select_action(without_text(batch))
     with pytest.raises(ValueError, match="got 1"):
         make_policy().select_action(without_text(batch) | {schema.TASK: "grasp"})

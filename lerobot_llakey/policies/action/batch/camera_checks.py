@@ -97,9 +97,8 @@ def _check_pinhole(intrinsics: Tensor, cameras: Sequence[str], size: tuple[int, 
     """Refuse intrinsics that are no pinhole camera's: unprojection reads four of the nine numbers alone."""
     last = (intrinsics[..., 2, :] - intrinsics.new_tensor((0.0, 0.0, 1.0))).abs().amax(dim=-1)
     off = (intrinsics[..., 0, 1].abs() + intrinsics[..., 1, 0].abs()) / intrinsics[..., 0, 0]
-    angles = (
-        2 * (intrinsics.new_tensor((size[1] / 2, size[0] / 2)) / intrinsics.diagonal(dim1=-2, dim2=-1)[..., :2]).atan()
-    )
+    half = intrinsics.new_tensor((size[1] / 2, size[0] / 2))
+    angles = 2 * (half / intrinsics.diagonal(dim1=-2, dim2=-1)[..., :2]).atan()
     low, high = (math.radians(angle) for angle in ANGLES)
     right = (last <= SKEW) & (off <= SKEW) & ((angles > low) & (angles < high)).all(dim=-1)
     if not right.all():

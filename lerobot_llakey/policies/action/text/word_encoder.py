@@ -34,15 +34,15 @@ def _runs(text: str) -> Iterator[list[str]]:
     run = ""
     for character in text:
         kind = unicodedata.category(character)[0]
-        if (kind == "M" and run) or (
-            kind in "LN" and not _stands_alone(character) and not (run and _stands_alone(run[0]))
-        ):  # vowel signs and accents belong to the letter before
+        alone = _stands_alone(character) or bool(run and _stands_alone(run[0]))
+        # Vowel signs and accents (M) belong to the letter before them.
+        if (kind == "M" and run) or (kind in "LN" and not alone):
             run += character
-        else:
-            yield [run] if run else []
-            run = character if kind in "LN" else ""
-            if character == "|":
-                yield ["|"]
+            continue
+        yield [run] if run else []
+        run = character if kind in "LN" else ""
+        if character == "|":
+            yield ["|"]
     yield [run] if run else []
 
 

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from lerobot_llakey import schema
-from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.hierarchy.commanders.commander import Commander, Said
+from lerobot_llakey.policies.texts import text_column
 
 
 class TaskCommander(Commander):
@@ -21,10 +21,5 @@ class TaskCommander(Commander):
         sample: bool = False,
         seeds: Sequence[int] = (),
     ) -> list[Said]:
-        texts = batch.get(schema.TASK)
-        if texts is None:
-            raise LlakeyError(
-                f"Expected {schema.TASK!r} in the batch for commander='task', got {sorted(batch)}; use an environment "
-                "that has it or commander=policy."
-            )
-        return [Said(texts if isinstance(texts, str) else str(texts[row]), "task") for row in rows]
+        texts = text_column(batch, schema.TASK)
+        return [Said(texts[0] if isinstance(batch[schema.TASK], str) else texts[row], "task") for row in rows]

@@ -2,7 +2,7 @@ import pytest
 import torch
 
 from fakes import fake_cameras
-from lerobot_llakey.policies.action.batch.camera_checks import check_calibration, check_depth
+from lerobot_llakey.policies.action.batch.camera_checks import check_calibration, measured
 
 CAMERAS = ("front", "left", "right", "wrist")
 
@@ -62,11 +62,28 @@ def test_fewer_matrices_than_cameras_are_refused():
         check_calibration(intrinsics, extrinsics[:, :3], CAMERAS, (32, 32))
 
 
-@pytest.mark.parametrize("value", [float("nan"), float("inf"), float("-inf")])
-def test_depth_that_is_not_finite_is_refused(value):
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), float("-inf"), 0.0, -3.0, 65535.0])
+def test_what_cameras_give_where_they_measured_nothing_is_not_measured(value):
     depths = torch.full((3, 4, 8, 8), 700.0)
-    depths[0, 0, 0] = 0.0
-    check_depth(depths, CAMERAS)
     depths[2, 1, 5, 6] = value
-    with pytest.raises(ValueError, match=r"images\.left_depth.*batch row 2"):
-        check_depth(depths, CAMERAS)
+    seen = measured(depths, CAMERAS)
+    assert not seen[2, 1, 5, 6] and seen.sum() == depths.numel() - 1
+
+
+def test_depth_in_metres_is_refused_even_of_one_camera_and_with_a_far_pixel():
+    depths = torch.full((3, 4, 8, 8), 700.0)
+    depths[2, 1], depths[1, 0] = 0.7, 0.0  # a camera that measured nothing is no reason
+    depths[2, 1, 0, 0] = 41.0
+    with pytest.raises(ValueError, match=r"millimetres in .*images\.left_depth, .*such as 0\.7\) in batch row 2"):
+        measured(depths, CAMERAS)
+
+
+@pytest.mark.parametrize(
+    ("place", "value"),
+    [((2, 2), 0.5), ((2, 0), 0.3), ((0, 1), 5.0), ((0, 0), 1e9), ((1, 1), 0.1), ((2, 2), float("nan"))],
+)
+def test_intrinsics_of_no_pinhole_camera_are_refused(place, value):
+    intrinsics, extrinsics = calibration()
+    intrinsics[1, 2][place] = value
+    with pytest.raises(ValueError, match=r"camera_intrinsics.* camera right in batch row 1"):
+        check_calibration(intrinsics, extrinsics, CAMERAS, (32, 32))

@@ -1,12 +1,11 @@
 """The words that steer the action policy come from where the settings say."""
 
-import numpy as np
 import pytest
 import torch
 
 from fakes_action import observation, small_config
 from lerobot_llakey import schema
-from lerobot_llakey.policies.action.text.conditioning import read_texts, reworded
+from lerobot_llakey.policies.action.text.conditioning import read_texts
 
 
 def test_the_instruction_comes_before_the_oracle_and_the_oracle_before_the_task() -> None:
@@ -24,13 +23,6 @@ def test_the_task_alone_or_both_can_steer() -> None:
     batch |= {schema.TASK: ["close the red jar"], schema.INSTRUCTION: ["grasp the red lid"]}
     assert read_texts(batch, small_config(condition_on="task")) == [["close the red jar"]]
     assert read_texts(batch, small_config(condition_on="both")) == [["close the red jar"], ["grasp the red lid"]]
-
-
-def test_rewording_keeps_unknown_texts() -> None:
-    rng = np.random.default_rng(0)
-    assert {reworded("grasp the red lid", 1.0, rng) for _ in range(50)} == {"grasp the red lid", "grab the red lid"}
-    assert reworded("do what you like", 1.0, rng) == "do what you like"
-    assert reworded("grasp the red lid", 0.0, rng) == "grasp the red lid"
 
 
 def test_an_empty_instruction_is_named_with_its_row() -> None:

@@ -12,5 +12,5 @@ def test_says_the_skill_instruction() -> None:
 
 
 def test_a_missing_task_is_named() -> None:
-    with pytest.raises(ValueError, match="Expected 'task' in the batch for commander='task'"):
+    with pytest.raises(ValueError, match="Expected 'task' in the batch, got"):
         TaskCommander().ask({}, [0], [""])
