@@ -3,6 +3,7 @@
 import pytest
 
 from lerobot_llakey import schema
+from lerobot_llakey.errors import LlakeyError
 
 
 def test_seed_ranges_are_disjoint() -> None:
@@ -39,3 +40,11 @@ def test_columns_are_named_and_sized() -> None:
     assert schema.ACTION_NAMES[schema.GRIPPER] == "gripper_open"
     assert schema.STATE_NAMES[schema.GRIPPER] == "gripper_opening"
     assert schema.ACTION_NAMES[schema.IGNORE_COLLISION] == "ignore_collision"
+
+
+@pytest.mark.parametrize("code", [float("nan"), float("inf"), -1.0, 2.0**21, 97.5])
+def test_what_is_no_code_point_is_refused(code: float) -> None:
+    codes = schema.encode_text("grasp")
+    codes[2] = code
+    with pytest.raises(LlakeyError, match="code points from 0 to 1114111, got .* at place 2"):
+        schema.decode_text(codes)

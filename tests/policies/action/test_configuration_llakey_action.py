@@ -30,7 +30,7 @@ def test_settings_survive_saving(tmp_path):
         ({"stages": 3}, "stages out of 1, 2, got 3"),
         ({"rotation": "euler"}, "rotation out of 'bins', 'bins_in_turn', 'sixd'"),
         ({"rotation_frames": ["view", "wall"]}, r"rotation_frames out of view, hand, base, got \['view', 'wall'\]"),
-        ({"rotation_frames": []}, "pick one or more"),
+        ({"rotation_frames": []}, "rotation_frames to name at least one"),
         ({"proprioception": "all"}, "proprioception out of 'pose', 'position', 'gripper'"),
         ({"view_size": 100}, "multiple of 16 for design 'small', got 100; try 96"),
         ({"design": "rvt", "patch_size": 11, "view_size": 224}, "multiple of 11 for design 'rvt', got 224; try 220"),
@@ -38,7 +38,19 @@ def test_settings_survive_saving(tmp_path):
         ({"workspace": [[0, 1], [1, 0], [0, 1]]}, "low, high"),
         ({"views": ["top", "below"]}, "views out of"),
         ({"views": ["front", "back"]}, "x, y and z"),
-        ({"turn_blur": -1.0}, "turn_blur of 0 degrees or more"),
+        ({"views": ["side", "top", "front"]}, "order top, front, side, which the weights follow, got side, top, front"),
+        ({"views": ["top", "top", "front"]}, "each of views once, got 'top' more than once"),
+        ({"cameras": ["front", "front"]}, "each of cameras once, got 'front' more than once"),
+        ({"cameras": []}, "cameras to name at least one"),
+        ({"crop_size": 0.0}, "crop_size to be a number above 0, got 0.0"),
+        ({"crop_size": 1e9}, "crop_size, within the workspace's longest edge, to be a number from 0 to 1, got"),
+        ({"crop_noise": 0.11}, "crop_noise, within half of crop_size, to be a number from 0 to 0.1, got 0.11"),
+        ({"splat_radius": [0, 1000]}, r"splat_radius\[1\] to be a whole number from 0 to 16, got 1000"),
+        ({"splat_radius": [-1, 1]}, r"splat_radius\[0\] to be a whole number from 0 to 16, got -1"),
+        ({"workspace": [[0, 1], [0, float("inf")], [0, 1]]}, r"workspace \(y\) to be a number from -10 to 10, got inf"),
+        ({"workspace": [[0, 1], [0, 1]]}, "three"),
+        ({"text_width": 30}, "text_width to be a multiple of 4, got 30"),
+        ({"turn_blur": -1.0}, "turn_blur to be a number from 0 to 180, got -1.0"),
     ],
 )
 def test_wrong_settings_are_named(setting, message):
@@ -56,6 +68,12 @@ def test_missing_cameras_are_named():
 def test_calibration_of_another_number_of_cameras_is_refused():
     config = small_config(cameras=["front", "wrist"])
     with pytest.raises(ValueError, match=r"of 2 cameras \(front, wrist\), got 4"):
+        config.validate_features()
+
+
+def test_cameras_in_another_order_than_the_datasets_are_refused():
+    config = small_config(cameras=["left_shoulder", "front", "right_shoulder", "wrist"])
+    with pytest.raises(ValueError, match=r"cameras, front, left_shoulder, .* got left_shoulder, front, right_shoulder"):
         config.validate_features()
 
 
@@ -86,5 +104,5 @@ def test_the_timestep_needs_its_column():
 @pytest.mark.parametrize("setting", ["point_dropout", "colour_jitter"])
 @pytest.mark.parametrize("share", [-0.1, 1.0])
 def test_shares_that_leave_nothing_are_refused(setting, share):
-    with pytest.raises(ValueError, match=f"{setting} from 0 up to but not including 1, got {share}"):
+    with pytest.raises(ValueError, match=f"{setting} to be a number from 0 and below 1, got {share}"):
         small_config(**{setting: share})

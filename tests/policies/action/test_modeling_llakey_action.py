@@ -258,3 +258,56 @@ def test_clouds_and_the_told_turn_are_varied_in_training_only(setting):
         losses[share] = [policy.train(mode)(batch)[0].item() for mode in (True, False)]
     assert losses[0.0][0] != losses[0.5][0]
     assert losses[0.0][1] == losses[0.5][1]
+
+
+FLAT = [[0.0, 1.2], [-0.5, 0.5], [-0.05, 0.25]]
+
+
+@pytest.mark.parametrize("workspace", [FLAT, [[0.2, 0.8], [-0.6, 0.6], [-0.05, 0.95]]])
+def test_no_target_lies_outside_its_own_crop_whatever_the_workspace(workspace):
+    policy = make_policy(workspace=workspace, crop_size=0.1, crop_noise=0.04)
+    low, high = torch.tensor(workspace).T
+    target = policy.cube.to_unit(low + torch.rand(2000, 3) * (high - low))
+    corner, extent = policy.cube.crop(target + policy._crop_noise(target), policy.config.crop_size)
+    local = (target - corner) / extent
+    assert local.min() > 0 and local.max() < 1
+    assert (local - 0.5).abs().max() * 0.1 > 0.03  # metres: the noise is as wide as asked for along some axis
+    assert ((local - 0.5).abs().amax(dim=0) * 0.1 > 0.03).all()
+
+
+def test_a_flat_workspace_trains_and_decides():
+    policy = make_policy(workspace=FLAT)
+    batch, _, _ = observation(rows=2)
+    loss, _ = policy.forward(batch)
+    loss.backward()
+    action = policy.select_action(batch)
+    assert action.isfinite().all() and (action[:, :3].abs() < 2).all()
+
+
+@pytest.mark.parametrize("key", [schema.STATE, schema.ACTION])
+@pytest.mark.parametrize("value", [0.0, float("nan")])
+def test_a_pose_that_is_none_is_refused_before_it_is_moved(key, value):
+    batch, _, _ = observation(rows=2)
+    batch[key][1, schema.QUATERNION] = value
+    with pytest.raises(ValueError, match=rf"a unit quaternion xyzw in {key}, got .* in batch row 1"):
+        make_policy(augment_yaw=20.0).forward(batch)
+
+
+def test_weights_that_are_not_finite_neither_act_nor_train():
+    policy = make_policy()
+    batch, _, _ = observation(rows=2)
+    with torch.no_grad():
+        policy.fine.network.head_norm.weight.fill_(float("nan"))
+    with pytest.raises(ValueError, match="answer with finite numbers"):
+        policy.select_action(batch)
+    with pytest.raises(ValueError, match="a finite training loss, got nan"):
+        policy.train().forward(batch)
+
+
+def test_bytes_and_floats_of_an_image_are_decided_on_alike():
+    policy = make_policy().eval()
+    batch, _, _ = observation(rows=2)
+    action = policy.select_action(batch)
+    for camera in schema.CAMERAS:
+        batch[schema.image_key(camera)] = (batch[schema.image_key(camera)] * 255).round().to(torch.uint8)
+    assert torch.allclose(policy.select_action(batch), action, atol=1e-5)

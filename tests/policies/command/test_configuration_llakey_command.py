@@ -15,11 +15,19 @@ def test_settings_survive_saving(small_config, tmp_path):
 @pytest.mark.parametrize(
     ("settings", "message"),
     [
-        ({"views": []}, "at least one camera"),
+        ({"views": []}, "views to name at least one"),
         ({"history": 2}, "`history` to be 0 or 1, got 2"),
         ({"dtype": "float8"}, "got 'float8'"),
         ({"proprioception": "all"}, "none or pose, got 'all'"),
-        ({"hold_above": 0.0}, "`hold_above` above 0 radians a second, got 0.0"),
+        ({"hold_above": 0.0}, "hold_above to be a number above 0, got 0.0"),
+        ({"views": ["front", "front"]}, "each of views once, got 'front'"),
+        ({"max_new_tokens": 1}, "max_new_tokens to be a whole number from 2 to 4096, got 1"),
+        ({"words": ["the", "red"]}, "words in alphabetical order, .* got the, red"),
+        ({"words": ["red", "red"]}, "each of words once, got 'red'"),
+        ({"instructions": ["dance", "grasp the lid"]}, r"grammar of basic actions, got 1 outside it \('dance'\)"),
+        ({"instructions": [7]}, r"instructions as a list of texts, got \[7\]"),
+        ({"text_width": 250}, "text_heads that divide text_width, got 4 and 250"),
+        ({"workspace": [[0, 1], [1, 0], [0, 1]]}, "low, high"),
         ({"image_size": 100}, "multiple of `patch_size`, got 100 and 16"),
     ],
 )

@@ -8,6 +8,7 @@ from lerobot.policies.factory import make_policy, make_pre_post_processors
 from lerobot.scripts.lerobot_train import train
 
 from lerobot_llakey import schema
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
 from lerobot_llakey.policies.command.modeling_llakey_command import LlakeyCommandPolicy
 
@@ -228,3 +229,46 @@ def test_the_model_is_asked_only_where_the_arm_stands(policy, batch):
     batch[schema.VELOCITY] = torch.ones_like(batch[schema.VELOCITY])
     batch[schema.PREVIOUS_INSTRUCTION] = ["grasp the red block"] * len(moves)
     assert policy.next_instructions(batch) == ["grasp the red block"] * len(moves)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "said"),
+    [
+        (schema.TASK, "", "words in task, got an empty text"),
+        (schema.TASK, None, "a text in task, got None"),
+        (schema.INSTRUCTION, math.nan, "a text in observation.instruction, got nan"),
+        (schema.INSTRUCTION, "grasp <next goal>", "words alone in observation.instruction, got '<next goal>'"),
+        (schema.PREVIOUS_INSTRUCTION, "grasp " * 1700, "at most 1000 characters in observation.previous_instruction"),
+        (schema.PREVIOUS_INSTRUCTION, "<image>", "words alone in observation.previous_instruction, got '<image>'"),
+    ],
+)
+def test_texts_that_make_no_sense_are_refused_with_their_row(policy, batch, key, value, said):
+    texts = [*batch[key][:1], value, *batch[key][2:]]
+    with pytest.raises(LlakeyError, match=rf"Expected {said}.* batch row 1"):
+        policy.forward(batch | {key: texts})
+
+
+def test_a_task_without_words_is_not_acted_on(policy, batch):
+    with pytest.raises(LlakeyError, match="words in task, got an empty text in batch row 0"):
+        policy.answer(batch | {schema.TASK: [""] * 6})
+
+
+def test_poses_of_the_training_aid_are_checked(policy, batch):
+    state = batch[schema.STATE].clone()
+    state[2, schema.GRIPPER] = math.nan
+    with pytest.raises(LlakeyError, match=r"a gripper .* in observation\.state, got \[nan\] in batch row 2"):
+        policy.train().forward(batch | {schema.STATE: state})
+
+
+def test_images_in_bytes_train_as_images_in_floats(policy, batch):
+    policy.eval()
+    raw = {key: (batch[key] * 255).round().to(torch.uint8) for key in policy.config.image_keys}
+    assert policy.forward(batch | raw)[0].item() == pytest.approx(policy.forward(batch)[0].item(), abs=1e-4)
+    far = {key: batch[key] * 255 for key in policy.config.image_keys}
+    with pytest.raises(LlakeyError, match="colours from 0 to 1 in"):
+        policy.answer(batch | far)
+
+
+def test_known_answers_must_fit_into_the_longest_answer(small_settings, keysteps):
+    with pytest.raises(LlakeyError, match=r"max_new_tokens of at least \d+, which '.*' takes, got 3"):
+        LlakeyCommandPolicy(LlakeyCommandConfig(max_new_tokens=3, **small_settings), dataset_meta=keysteps.meta)

@@ -100,9 +100,7 @@ def test_texts_of_other_scripts_are_told_apart():
 
 
 def test_words_that_would_be_cut_are_refused_and_so_is_a_text_without_any():
-    with pytest.raises(
-        LlakeyError, match=r"at most 3 words \(policy\.text_length\), got 4 in batch row 1 \(raise the arm"
-    ):
+    with pytest.raises(LlakeyError, match=r"at most 3 words .*, got 4 in batch row 1 \(raise the arm"):
         hash_words(["raise", "raise the arm twice"], 3, 64)
     with pytest.raises(LlakeyError, match=r"letters or digits in a text, got '!\?' in batch row 0"):
         hash_words(["!?"], 3, 64)

@@ -75,6 +75,19 @@ def test_samples_count_by_their_weight(small_config, keysteps, batch):
     torch.testing.assert_close(weighted, each * weights / weights.mean())
 
 
+@pytest.mark.parametrize("target", ["instruction", "action"])
+def test_the_mean_loss_is_the_mean_of_the_samples_losses(small_settings, keysteps, batch, target):
+    torch.manual_seed(0)
+    policy = LlakeyCommandPolicy(LlakeyCommandConfig(target=target, **small_settings), dataset_meta=keysteps.meta)
+    policy.eval()
+    # Answers of different lengths, which the two ways of reducing would count differently.
+    batch = batch | {schema.INSTRUCTION: ["raise the robotic arm", *batch[schema.INSTRUCTION][1:]]}
+    for weights in ({}, {schema.SAMPLE_WEIGHT: torch.tensor([6.0, 1, 0, 6, 1, 1])}):
+        each, _ = policy.forward(batch | weights, reduction="none")
+        whole, _ = policy.forward(batch | weights)
+        assert each.shape == (6,) and each.mean().item() == pytest.approx(whole.item(), rel=1e-5)
+
+
 def test_a_saved_policy_acts_the_same(acting, batch, tmp_path):
     acting.save_pretrained(tmp_path)
     loaded = LlakeyCommandPolicy.from_pretrained(tmp_path)
