@@ -46,5 +46,5 @@ def test_columns_are_named_and_sized() -> None:
 def test_what_is_no_code_point_is_refused(code: float) -> None:
     codes = schema.encode_text("grasp")
     codes[2] = code
-    with pytest.raises(LlakeyError, match="code points from 0 to 1114111, got .* at place 2"):
+    with pytest.raises(LlakeyError, match=r"code points from 0 to 1114111, got .* at place 2"):
         schema.decode_text(codes)

@@ -19,8 +19,9 @@ def stack_views(batch: Mapping[str, Any], keys: Sequence[str]) -> Tensor:
         LlakeyError: if an image is missing, has another shape than (B, 3, H, W), or colours outside 0..1.
     """
     images = read_images(batch, keys)
-    size = images[0].shape[-2:]
-    return torch.stack([image if image.shape[-2:] == size else resize(image, tuple(size)) for image in images], dim=1)
+    height, width = images[0].shape[-2:]
+    alike = [image if image.shape[-2:] == (height, width) else resize(image, (height, width)) for image in images]
+    return torch.stack(alike, dim=1)
 
 
 def resize(images: Tensor, size: tuple[int, int]) -> Tensor:

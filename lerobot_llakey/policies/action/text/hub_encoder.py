@@ -66,10 +66,11 @@ class HubTextEncoder(nn.Module):
     def _encode(self, text: str) -> Tensor:
         device = self.here.device
         model = self._frozen[0].to(device)
-        tokens = self._tokenizer(text, return_tensors="pt").to(device)
-        if (count := tokens["input_ids"].shape[1]) > self._longest:
+        most = self._longest + 1  # one more than fits shows that the text is too long
+        tokens = self._tokenizer(text, return_tensors="pt", truncation=True, max_length=most).to(device)
+        if tokens["input_ids"].shape[1] > self._longest:
             raise LlakeyError(
-                f"Expected a text of at most {self._longest} tokens for policy.text_model, got {count} "
+                f"Expected a text of at most {self._longest} tokens for policy.text_model, got more "
                 f"({text[:60]!r}...); shorten it."
             )
         inputs = {key: tokens[key] for key in ("input_ids", "attention_mask")}

@@ -83,9 +83,9 @@ def test_the_texts_kept_are_bounded(clip: Path, monkeypatch: pytest.MonkeyPatch)
     assert len(calls) == 4
 
 
-def test_a_long_text_is_cut(clip: Path) -> None:
-    words, _ = HubTextEncoder(str(clip))(["grasp " * 30])
-    assert words.shape == (1, 40, WIDTH)
+def test_a_text_that_would_be_cut_is_refused(clip: Path) -> None:
+    with pytest.raises(ValueError, match=r"at most 40 tokens for policy\.text_model, got more \('grasp grasp"):
+        HubTextEncoder(str(clip))(["grasp " * 30])
 
 
 def test_the_model_is_neither_trained_nor_saved_and_comes_back_by_its_name(clip: Path, tmp_path: Path) -> None:
