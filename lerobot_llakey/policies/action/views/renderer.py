@@ -14,9 +14,9 @@ from torch import Tensor
 VIEWS: dict[str, tuple[int, int, int, bool]] = {
     "top": (0, 1, 2, True),
     "front": (2, 1, 0, True),
-    "side": (2, 0, 1, False),
     "back": (2, 1, 0, False),
     "left": (2, 0, 1, True),
+    "side": (2, 0, 1, False),
 }
 """Name -> (axis of the rows, axis of the columns, depth axis, whether the greatest coordinate is nearest)."""
 
