@@ -1,11 +1,11 @@
-"""Files and folders that appear whole or not at all, and folders that one process at a time may change."""
+"""Files that appear whole or not at all, and folders that one process at a time may change."""
 
 from __future__ import annotations
 
 import os
 import shutil
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import draccus
@@ -14,10 +14,11 @@ import yaml
 from filelock import FileLock, Timeout
 from safetensors import SafetensorError
 
-from lerobot_llakey.errors import FileInTheWayError, LlakeyError, MissingFileError
+from lerobot_llakey.errors import LlakeyError, MissingFileError
 
 LOCK = ".lock"
-_UNFINISHED = ".unfinished"
+UNFINISHED = ".llakey-unfinished"
+"""In the names of what is being written."""
 _UNREADABLE = (
     OSError,
     ValueError,  # JSON, UnicodeDecodeError
@@ -46,7 +47,7 @@ def replacing(path: Path) -> Iterator[Path]:
         LlakeyError: if the folder cannot be written to or the disk is full.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    fresh = path.with_name(f".{path.stem}{_UNFINISHED}{path.suffix}")
+    fresh = path.with_name(f".{path.stem}{UNFINISHED}{path.suffix}")
     try:
         yield fresh
         _flush(fresh)
@@ -68,48 +69,6 @@ def write_whole(path: Path, content: str | bytes) -> None:
 
 
 @contextmanager
-def new_folder(folder: Path) -> Iterator[Path]:
-    """Give a folder to fill, which appears under the name ``folder`` in one step when the block ends well.
-
-    What an earlier run left unfinished is removed first. A second process that wants the same folder is refused.
-
-    Args:
-        folder: must not exist yet, or be empty.
-
-    Yields:
-        A folder beside it, on the same file system, that does not exist yet.
-
-    Raises:
-        FileInTheWayError: if something stands at ``folder``.
-        LlakeyError: if the place cannot be written to, or another process is filling the folder.
-    """
-    refuse_occupied(folder)
-    check_writable(folder)
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    unfinished = folder.with_name(f".{folder.name}{_UNFINISHED}")
-    with _locked(folder.with_name(f".{folder.name}{LOCK}"), folder, "place"):
-        refuse_occupied(folder)
-        remove(unfinished)
-        try:
-            yield unfinished
-            if folder.is_dir():
-                folder.rmdir()
-            unfinished.replace(folder)
-        finally:
-            remove(unfinished)
-
-
-def refuse_occupied(folder: Path) -> None:
-    """Refuse a place for a new folder where something stands already.
-
-    Raises:
-        FileInTheWayError: if there is a file, a link or a folder with something in it.
-    """
-    if folder.is_symlink() or (folder.exists() and not (folder.is_dir() and not any(folder.iterdir()))):
-        raise FileInTheWayError(f"Expected a folder that does not exist yet, got {folder}; choose another one.")
-
-
-@contextmanager
 def alone_in(folder: Path, option: str = "--output_dir") -> Iterator[None]:
     """Keep other processes out of a folder; the system lifts this by itself when the process ends, however it ends.
 
@@ -124,6 +83,25 @@ def alone_in(folder: Path, option: str = "--output_dir") -> Iterator[None]:
     folder.mkdir(parents=True, exist_ok=True)
     with _locked(folder / LOCK, folder, option):
         yield
+
+
+@contextmanager
+def alone_at(folder: Path, option: str = "--root") -> Iterator[None]:
+    """Keep other processes from making or replacing a folder: as :func:`alone_in`, with the lock beside it.
+
+    Raises:
+        LlakeyError: if another process is at it, or it cannot be written to.
+    """
+    check_writable(folder)
+    check_writable(folder.parent)
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    file = folder.with_name(f".{folder.name}{LOCK}")
+    with _locked(file, folder, option):
+        try:
+            yield
+        finally:
+            with suppress(OSError):  # removed while it is held: who opened it before then finds it gone, and is refused
+                file.unlink()
 
 
 def check_writable(folder: Path, needed_bytes: int = 0) -> None:

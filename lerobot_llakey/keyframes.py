@@ -14,11 +14,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from lerobot_llakey.bounds import require_number
 from lerobot_llakey.errors import LlakeyError
 
 _ARRIVED_ARM = 5e-4
 _ARRIVED_GRIPPER = 5e-3
 """How near the resting configuration counts as arrived when the sensors are noiseless: radians, and opening 0..1."""
+_LONGEST_REST, _LARGEST_TOLERANCE = 60.0, 1.0
+"""Seconds; radians, and share of the gripper's travel: beyond these no motion would ever be found."""
 
 
 def discover_keyframes(
@@ -56,8 +59,8 @@ def discover_keyframes(
         Increasing frame indices; the last one is T - 1.
 
     Raises:
-        ValueError: if the shapes do not fit, a value is not finite, there are fewer than 2 frames or a setting is not
-            positive.
+        ValueError: if the shapes do not fit, a value is not finite, there are fewer than 2 frames or a setting makes
+            no sense.
     """
     arm = np.asarray(joint_positions, dtype=np.float64)
     gripper = np.asarray(gripper_opening, dtype=np.float64)
@@ -68,11 +71,10 @@ def discover_keyframes(
         )
     if not (np.isfinite(arm).all() and np.isfinite(gripper).all()):
         raise LlakeyError("Expected finite joint positions and gripper openings, got NaN or inf; drop the episode.")
-    if min(fps, min_rest, arm_tolerance, gripper_tolerance) <= 0:
-        raise LlakeyError(
-            f"Expected positive fps, min_rest and tolerances, got {fps}, {min_rest}, {arm_tolerance} and "
-            f"{gripper_tolerance}; correct the one that is not."
-        )
+    require_number("fps", fps, 0, open="low")
+    require_number("min_rest", min_rest, 0, _LONGEST_REST, open="low")
+    require_number("arm_tolerance", arm_tolerance, 0, _LARGEST_TOLERANCE, open="low")
+    require_number("gripper_tolerance", gripper_tolerance, 0, _LARGEST_TOLERANCE, open="low")
     window = max(1, round(min_rest * fps))
     rests = _rests(arm, gripper, window, arm_tolerance, gripper_tolerance)
     noise = _noise(rests, arm), _noise(rests, gripper[:, None])

@@ -68,8 +68,11 @@ IGNORE_COLLISION = 8
 """Column of the collision flag in the action: 1 = the planner may touch things."""
 
 IMAGE_SIZE = 128
-DEPTH_RANGE_METRES = (0.05, 3.0)
-"""Range kept by the depth videos' quantisation; the simulator's scene lies within it."""
+DEPTH_RANGE_METRES = (0.0, 4.095)
+"""Range of the depth videos: their 12 bits hold every whole millimetre from 0, which is not measured, to 4.095 m.
+
+The cameras' near plane and all that a policy acts on lie within it; what is farther away counts as 4.095 m.
+"""
 
 Workspace = tuple[tuple[float, float], tuple[float, float], tuple[float, float]]
 WORKSPACE: Workspace = ((0.0, 1.0), (-0.5, 0.5), (-0.05, 0.95))

@@ -8,7 +8,8 @@ import pytest
 from safetensors.torch import load_file
 
 from lerobot_llakey.errors import FileInTheWayError, LlakeyError, MissingFileError
-from lerobot_llakey.files import alone_in, check_writable, new_folder, reading, remove, replacing, write_whole
+from lerobot_llakey.files import alone_in, check_writable, reading, remove, replacing, write_whole
+from lerobot_llakey.folders import new_folder
 
 
 def test_a_file_is_replaced_only_when_the_new_one_is_whole(tmp_path: Path) -> None:

@@ -10,36 +10,41 @@ import pytest
 PACKAGE = Path(__file__).parent.parent / "lerobot_llakey"
 
 FOUNDATION = {"geometry", "schema"}
-WORDS = FOUNDATION | {"instructions", "keyframes"}
+WORDS = FOUNDATION | {"instructions", "hints", "keyframes"}
 POLICIES = {"policies.action", "policies.command", "policies.hierarchy"}
 
 MAY_IMPORT: dict[str, set[str]] = {
     "schema": set(),
     "geometry": {"schema"},
     "instructions": FOUNDATION,
+    "hints": FOUNDATION | {"instructions"},
     "keyframes": FOUNDATION,
     "errors": set(),
     "files": set(),
+    "folders": set(),
     "bounds": set(),
     # What the experts' recordings and anyone else's have in common.
     "labels": WORDS,
+    "checks": WORDS | {"labels"},
     "sim": WORDS | {"labels"},
     "policies": WORDS,
-    "policies.action": WORDS | {"policies"},
-    "policies.command": WORDS | {"policies"},
-    "policies.hierarchy": WORDS | POLICIES | {"policies"},
-    "datasets": WORDS | {"labels", "sim"},
+    "policies.action": WORDS | {"policies", "checks"},
+    "policies.command": WORDS | {"policies", "checks"},
+    "policies.hierarchy": WORDS | POLICIES | {"policies", "checks"},
+    "datasets": WORDS | {"labels", "checks", "sim"},
     "evaluation": WORDS | POLICIES | {"labels", "policies", "sim", "datasets"},
     "dagger": WORDS | {"sim", "datasets", "evaluation"},
     "drive": WORDS | POLICIES | {"policies", "sim", "evaluation"},
     "experiments": WORDS | POLICIES | {"labels", "policies", "sim", "datasets", "evaluation"},
-    "cli": WORDS | POLICIES | {"labels", "policies", "sim", "datasets", "evaluation", "dagger", "drive", "experiments"},
+    "cli": WORDS
+    | POLICIES
+    | {"labels", "checks", "policies", "sim", "datasets", "evaluation", "dagger", "drive", "experiments"},
     # Importing the package registers its environment and its policies.
     "": POLICIES | {"policies", "sim"},
 }
 """Each room, and the other rooms that it may import."""
 
-EVERYWHERE = {"errors", "files", "bounds"}
+EVERYWHERE = {"errors", "files", "folders", "bounds"}
 """What stands below every room."""
 
 SIMULATOR_LIBRARIES = {"mujoco", "gym_hil", "ompl", "mink", "frankik"}

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.keyframes import discover_keyframes, segments
 
 FPS = 10.0
@@ -170,6 +173,9 @@ def test_bad_trajectories_are_refused(arm: np.ndarray, gripper: np.ndarray, mess
         discover_keyframes(arm, gripper, FPS)
 
 
-def test_a_setting_must_be_positive() -> None:
-    with pytest.raises(ValueError, match="positive fps"):
-        discover_keyframes(np.zeros((5, 7)), np.zeros(5), 0.0)
+@pytest.mark.parametrize("setting", ["fps", "min_rest", "arm_tolerance", "gripper_tolerance"])
+@pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf])
+def test_a_setting_must_make_sense(setting: str, value: float) -> None:
+    settings = {"fps": FPS, setting: value}
+    with pytest.raises(LlakeyError, match=f"Expected {setting} "):
+        discover_keyframes(np.zeros((5, 7)), np.zeros(5), **settings)

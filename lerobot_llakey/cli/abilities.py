@@ -8,10 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from lerobot.datasets.lerobot_dataset import LeRobotDataset
-
 from lerobot_llakey.cli.command_line import with_options
 from lerobot_llakey.cli.errors import one_sentence
+from lerobot_llakey.datasets.opening import open_dataset
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.evaluation.abilities.files import write_abilities
 from lerobot_llakey.evaluation.abilities.measure import measure
@@ -72,7 +71,7 @@ def run(config: AbilitiesConfig) -> None:
         policy.config.constrain = config.constrain
     if not config.hold:
         policy.config.hold_above = None
-    dataset = LeRobotDataset(config.repo_id, root=config.root)
+    dataset = open_dataset(config.repo_id, config.root)
     measured = measure(policy, agent.preprocessor, dataset, config.batch_size, config.max_samples, config.num_workers)
     print(markdown(measured))
     if policy.held:

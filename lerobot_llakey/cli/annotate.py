@@ -10,18 +10,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from lerobot.configs import parser
-from lerobot.datasets.lerobot_dataset import LeRobotDataset
 from lerobot.utils.constants import HF_LEROBOT_HOME
 
 from lerobot_llakey.cli.errors import one_sentence
-from lerobot_llakey.datasets.annotate import (
-    annotate,
-    ask_instructions,
-    find_keyframes,
-    read_instructions,
-    write_template,
-)
+from lerobot_llakey.datasets.annotate import annotate, find_keyframes
+from lerobot_llakey.datasets.opening import open_dataset
+from lerobot_llakey.datasets.wording import ask_instructions, read_instructions, write_template
 from lerobot_llakey.errors import LlakeyError
+from lerobot_llakey.folders import refuse_occupied
 
 
 @dataclass
@@ -62,7 +58,10 @@ def run(config: AnnotateConfig) -> None:
     """Discover keyframes, then write the template or the annotated dataset."""
     if config.template is None and config.output_repo_id is None:
         raise LlakeyError("Expected a template or an output_repo_id, got neither; give --output_repo_id=user/name.")
-    source = LeRobotDataset(config.repo_id, root=config.root)
+    root = config.output_root or HF_LEROBOT_HOME / (config.output_repo_id or "")
+    if config.template is None:
+        refuse_occupied(root)  # before a person types anything
+    source = open_dataset(config.repo_id, config.root)
     found = find_keyframes(
         source,
         min_rest=config.min_rest,
@@ -77,7 +76,6 @@ def run(config: AnnotateConfig) -> None:
         return
     assert config.output_repo_id is not None
     instructions = read_instructions(config.instructions) if config.instructions else ask_instructions(found)
-    root = config.output_root or HF_LEROBOT_HOME / config.output_repo_id
     annotate(source, found, instructions, root, config.output_repo_id, ignore_collision=config.ignore_collision)
     print(f"demonstrations: {root}")
     if config.push_to_hub:

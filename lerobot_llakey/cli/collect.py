@@ -77,12 +77,6 @@ class CollectConfig:
         Raises:
             ValueError: if a task or the split is unknown or a number is out of range.
         """
-        if min(self.num_episodes, self.image_size, self.fps) < 1:
-            raise LlakeyError(
-                f"Expected num_episodes, image_size and fps of 1 or more, got {self.num_episodes}, {self.image_size} "
-                f"and {self.fps}; correct the one that is not."
-            )
-        schema.scene_seed(self.split, self.first_seed)
         return CollectSettings(
             tasks=tuple(parse_tasks(self.task)),
             num_episodes=self.num_episodes,
@@ -94,7 +88,7 @@ class CollectConfig:
                 sampling_mode(self.keystep_mode), self.keystep_stride, self.min_per_segment, self.keyframe_repeats
             ),
             recovery=self.recovery,
-            events=tuple(self.events.split(",")),
+            events=tuple(name.strip() for name in self.events.split(",") if name.strip()),
             imprecise=self.imprecise,
         )
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import errno
 import sys
 from collections.abc import Iterator
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 
 from draccus.utils import ParsingError
@@ -17,11 +19,12 @@ def one_sentence() -> Iterator[None]:
     """Turn errors about input into one sentence on stderr and exit status 1; all others keep their traceback.
 
     Raises:
-        SystemExit: in place of a :class:`LlakeyError`, a setting that cannot be read, or a refusal of the file system.
+        SystemExit: in place of a :class:`LlakeyError`, a setting that cannot be read, a refusal of the file system, or
+            a process of several that was killed.
     """
     try:
         yield
-    except (LlakeyError, ParsingError, OSError) as error:
+    except (LlakeyError, ParsingError, OSError, BrokenProcessPool) as error:
         sentence = _sentence(error)
         if sentence is None:
             raise
@@ -39,6 +42,10 @@ def _sentence(error: BaseException) -> str | None:
     if isinstance(cause, OSError) and cause.errno is not None and cause.filename is not None:
         places = " and ".join(str(name) for name in (cause.filename, cause.filename2) if name is not None)
         return f"Expected to read or write {places}, got refused ({reason(cause)}); check the path and its permissions."
+    if isinstance(cause, OSError) and cause.errno in (errno.ENOSPC, errno.EDQUOT):  # parquet's writer names no file
+        return f"Expected enough space to write, got refused ({reason(cause)}); free some and run it again."
+    if isinstance(cause, BrokenProcessPool):
+        return "Expected all processes to end well, got one killed, perhaps for want of memory; lower --num_workers."
     if isinstance(error, ParsingError):
         return f"Expected options that can be read, got one that cannot ({' '.join(str(cause).split())}); correct it."
     return None

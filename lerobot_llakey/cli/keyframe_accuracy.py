@@ -7,11 +7,10 @@ llakey keyframe-accuracy --policy_path=checkpoints/llakey_small --repo_id=local/
 from dataclasses import dataclass
 from pathlib import Path
 
-from lerobot.datasets.lerobot_dataset import LeRobotDataset
-
 from lerobot_llakey.cli.command_line import with_options
 from lerobot_llakey.cli.errors import one_sentence
 from lerobot_llakey.cli.output import write_results
+from lerobot_llakey.datasets.opening import open_dataset
 from lerobot_llakey.evaluation.keyframe_accuracy import keyframe_accuracy
 from lerobot_llakey.evaluation.rollout import Agent
 from lerobot_llakey.evaluation.tables import markdown_table
@@ -50,7 +49,7 @@ class KeyframeAccuracyConfig:
 @with_options
 def run(config: KeyframeAccuracyConfig) -> None:
     """Measure, print the table, write the results."""
-    dataset = LeRobotDataset(config.repo_id, root=config.root)
+    dataset = open_dataset(config.repo_id, config.root)
     agent = Agent.load(config.policy_path)
     policy = getattr(agent.policy, "action", agent.policy)
     figures = keyframe_accuracy(policy, dataset, agent.preprocessor, None, config.num_samples, config.batch_size)

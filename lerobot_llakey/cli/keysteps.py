@@ -7,13 +7,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from lerobot.configs import parser
-from lerobot.datasets.lerobot_dataset import LeRobotDataset
 from lerobot.utils.constants import HF_LEROBOT_HOME
 
 from lerobot_llakey.cli.errors import one_sentence
 from lerobot_llakey.datasets.balance import Balance, sampling_mode
 from lerobot_llakey.datasets.collect import quieten
 from lerobot_llakey.datasets.keysteps import convert
+from lerobot_llakey.datasets.opening import open_dataset
+from lerobot_llakey.folders import refuse_occupied
 
 
 @dataclass
@@ -55,7 +56,8 @@ def run(config: KeystepsConfig) -> None:
     balance = Balance(mode, config.stride, config.min_per_segment, config.keyframe_repeats)
     quieten()
     root = config.output_root or HF_LEROBOT_HOME / config.output_repo_id
-    source = LeRobotDataset(config.repo_id, root=config.root)
+    refuse_occupied(root)
+    source = open_dataset(config.repo_id, config.root)
     count = convert(source, root, config.output_repo_id, balance=balance, seed=config.seed)
     print(f"{count} keysteps of {source.num_episodes} episodes: {root}")
     if config.push_to_hub:

@@ -10,7 +10,7 @@ from lerobot.configs import parser
 
 from lerobot_llakey.cli.errors import one_sentence
 from lerobot_llakey.datasets.merge import merge
-from lerobot_llakey.errors import FileInTheWayError, MissingFileError
+from lerobot_llakey.errors import LlakeyError
 
 
 @dataclass
@@ -32,11 +32,8 @@ class MergeConfig:
 def run(config: MergeConfig) -> None:
     """Merge and say where."""
     sources = [Path(name.strip()) for name in config.roots.split(",") if name.strip()]
-    missing = [str(source) for source in sources if not (source / "meta" / "info.json").exists()]
-    if missing or not sources:
-        raise MissingFileError(f"Expected folders of datasets in --roots, got none at {missing}; correct them.")
-    if config.root.exists():
-        raise FileInTheWayError(f"Expected a folder that does not exist yet, got {config.root}; choose another --root.")
+    if not sources:
+        raise LlakeyError(f"Expected folders of datasets in --roots, got {config.roots!r}; name one or more.")
     merge(sources, config.root, config.repo_id)
     print(f"dataset: {config.root}")
 

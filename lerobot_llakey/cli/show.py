@@ -7,11 +7,10 @@ llakey show --policy_path=checkpoints/llakey_small --repo_id=local/llakey_keyste
 from dataclasses import dataclass
 from pathlib import Path
 
-from lerobot.datasets.lerobot_dataset import LeRobotDataset
-
 from lerobot_llakey.cli.command_line import with_options
 from lerobot_llakey.cli.errors import one_sentence
 from lerobot_llakey.cli.output import write_png
+from lerobot_llakey.datasets.opening import open_dataset
 from lerobot_llakey.evaluation.looking import look
 from lerobot_llakey.evaluation.rerun_file import require_rerun, write_rerun
 from lerobot_llakey.evaluation.rollout import Agent
@@ -44,7 +43,7 @@ def run(config: ShowConfig) -> None:
     """Decide on the frame, write the page, print the errors."""
     if config.rerun is not None:
         require_rerun()
-    dataset = LeRobotDataset(config.repo_id, root=config.root)
+    dataset = open_dataset(config.repo_id, config.root)
     agent = Agent.load(config.policy_path)
     seen = look(agent.policy, dataset, config.index, agent.preprocessor)
     write_png(config.output, page(seen))

@@ -12,12 +12,14 @@ import numpy as np
 from tqdm import tqdm
 
 from lerobot_llakey import schema
+from lerobot_llakey.bounds import require_count
 from lerobot_llakey.dagger.episode import visited_frames
 from lerobot_llakey.dagger.plan import DaggerSettings
 from lerobot_llakey.datasets.collect import quieten
 from lerobot_llakey.datasets.demonstrations import ROBOT_TYPE
 from lerobot_llakey.datasets.image_dataset import ImageDatasetWriter
-from lerobot_llakey.datasets.parts import PARTS_SUFFIX, begin_parts, finish
+from lerobot_llakey.datasets.parts import THROWN, growing
+from lerobot_llakey.datasets.places import check_space
 from lerobot_llakey.evaluation.rollout import Agent
 from lerobot_llakey.evaluation.workers import run_jobs
 from lerobot_llakey.sim.env import LlakeySimEnv
@@ -26,6 +28,7 @@ from lerobot_llakey.sim.recorder import FPS
 _KIND = "keysteps"
 _PART_EPISODES = 10
 """At most so many episodes are lost when a run is killed."""
+_MOST_WORKERS = 256
 
 
 def collect(settings: DaggerSettings, root: Path, repo_id: str, num_workers: int = 0) -> None:
@@ -41,16 +44,17 @@ def collect(settings: DaggerSettings, root: Path, repo_id: str, num_workers: int
         ValueError: if the folder was begun with other settings.
         FileNotFoundError: if there is no such policy.
     """
-    parts = Path(f"{root}{PARTS_SUFFIX}")
-    begin, size = begin_parts(settings.resumable(), {_KIND: root}, parts, _PART_EPISODES)
-    planned = [(part, parts / f"{part[0]}-{part[1]:06d}") for part in settings.parts(size)]
-    missing = [(settings, *part, folder) for part, folder in planned if not begin and not folder.exists()]
-    done = len(settings) - sum(stop - start for _, _, start, stop, _ in missing)
-    with tqdm(total=len(settings), initial=done, unit="episode", desc="dagger") as bar:
-        for episodes in run_jobs(_collect_part, missing, num_workers):
-            bar.update(episodes)
-    folders = [] if begin else [folder for _, folder in planned]
-    finish(settings.resumable(), len(settings), {_KIND: (root, repo_id)}, folders, parts)
+    require_count("--num_workers", num_workers, 0, _MOST_WORKERS)
+    with growing(settings.resumable(), len(settings), {_KIND: (root, repo_id)}, _PART_EPISODES) as growth:
+        spans = [] if growth.begin else list(settings.parts(growth.part_size))
+        planned = {growth.parts / f"{task}-{start:06d}": (task, start, stop) for task, start, stop in spans}
+        missing = [(settings, *planned[folder], folder) for folder in growth.missing(list(planned))]
+        episodes = sum(stop - start for _, _, start, stop, _ in missing)
+        check_space(growth.targets, episodes, len(settings), settings.image_size)
+        with tqdm(total=len(settings), initial=len(settings) - episodes, unit="episode", desc="dagger") as bar:
+            for made in run_jobs(_collect_part, missing, num_workers):
+                bar.update(made)
+        growth.finish(list(planned))
 
 
 @lru_cache(maxsize=1)
@@ -81,6 +85,6 @@ def _collect_part(settings: DaggerSettings, task: str, start: int, stop: int, fo
             if frames := visited_frames(env, actor, scene, rng, settings.expert_share):
                 writer.add_episode(frames)
     env.close()
-    (temporary / "thrown.json").write_text(json.dumps({}))
+    (temporary / THROWN).write_text(json.dumps({}))
     temporary.replace(folder)
     return stop - start

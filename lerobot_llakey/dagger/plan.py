@@ -8,7 +8,8 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from lerobot_llakey import schema
-from lerobot_llakey.errors import LlakeyError
+from lerobot_llakey.bounds import require_count, require_number
+from lerobot_llakey.datasets.plan import IMAGE_SIZES, check_tasks
 from lerobot_llakey.sim.disturbances import check_disturbance
 
 
@@ -43,15 +44,12 @@ class DaggerSettings:
     disturbance: str = ""
 
     def __post_init__(self) -> None:
-        counts = (self.num_episodes, self.image_size, self.max_steps)
-        if min(counts) < 1:
-            raise LlakeyError(
-                f"Expected num_episodes, image_size and max_steps of 1 or more, got {counts[0]}, {counts[1]} and "
-                f"{counts[2]}; correct the one that is not."
-            )
-        if not 0 <= self.expert_share <= 1:
-            raise LlakeyError(f"Expected expert_share in 0..1, got {self.expert_share}; correct it.")
         schema.scene_seed(self.split, self.first_seed)
+        require_count("num_episodes", self.num_episodes, 1, len(schema.SEED_RANGES[self.split]) - self.first_seed)
+        require_count("image_size", self.image_size, *IMAGE_SIZES)
+        require_count("max_steps", self.max_steps, 1)
+        require_number("expert_share", self.expert_share, 0, 1)
+        check_tasks(self.tasks)
         check_disturbance(self.disturbance)
 
     def __len__(self) -> int:

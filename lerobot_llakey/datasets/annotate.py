@@ -6,11 +6,8 @@ the columns ``episode,segment,instruction``, in a JSON file ``{"0": ["grasp the 
 
 from __future__ import annotations
 
-import csv
-import json
 import shutil
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -20,39 +17,17 @@ from lerobot.datasets.io_utils import load_stats, write_stats
 from lerobot.datasets.lerobot_dataset import LeRobotDataset
 
 from lerobot_llakey import schema
+from lerobot_llakey.datasets.found import FoundKeyframes
 from lerobot_llakey.datasets.language import write_language
 from lerobot_llakey.datasets.rewrite import rewrite
+from lerobot_llakey.datasets.units import check_names, check_states
 from lerobot_llakey.datasets.velocities import estimate_velocities
-from lerobot_llakey.errors import FileInTheWayError, LlakeyError, MissingFileError
+from lerobot_llakey.datasets.wording import by_place, refuse_outside_grammar
+from lerobot_llakey.errors import LlakeyError
+from lerobot_llakey.files import check_writable
+from lerobot_llakey.folders import new_folder, refuse_occupied
 from lerobot_llakey.keyframes import discover_keyframes
 from lerobot_llakey.labels import Labels, label
-
-COLUMNS = ("episode", "segment", "from_second", "to_second", "instruction")
-"""Columns of the CSV file that :func:`write_template` writes; reading needs the first two and the last."""
-
-
-@dataclass(frozen=True)
-class FoundKeyframes:
-    """An episode's keyframes.
-
-    Attributes:
-        episode: its index.
-        task: skill instruction.
-        states: (T, 15) robot states of the contract.
-        keyframes: discovered frames; the last one is T - 1.
-        fps: frames a second.
-    """
-
-    episode: int
-    task: str
-    states: np.ndarray
-    keyframes: list[int]
-    fps: float
-
-    def seconds(self, segment: int) -> tuple[float, float]:
-        """When a segment begins and ends."""
-        starts = [0, *self.keyframes]
-        return starts[segment] / self.fps, starts[segment + 1] / self.fps
 
 
 def find_keyframes(source: LeRobotDataset, **settings: float) -> list[FoundKeyframes]:
@@ -63,7 +38,8 @@ def find_keyframes(source: LeRobotDataset, **settings: float) -> list[FoundKeyfr
         settings: of :func:`lerobot_llakey.keyframes.discover_keyframes`.
 
     Raises:
-        ValueError: if the dataset has no such state or only some of its episodes are loaded.
+        LlakeyError: if the dataset has no such state, it is in other units or another order, an episode is too short,
+            or only some of the episodes are loaded.
     """
     shape = tuple(source.features.get(schema.STATE, {}).get("shape", ()))
     if shape != (schema.STATE_DIM,):
@@ -71,6 +47,7 @@ def find_keyframes(source: LeRobotDataset, **settings: float) -> list[FoundKeyfr
             f"Expected {schema.STATE} of {schema.STATE_DIM} numbers ({', '.join(schema.STATE_NAMES)}) in "
             f"{source.repo_id}, got {f'shape {shape}' if shape else 'no such column'}; record these."
         )
+    check_names(source.features[schema.STATE])
     if len(source.hf_dataset) != source.meta.total_frames:
         raise LlakeyError(
             f"Expected all {source.meta.total_episodes} episodes of {source.repo_id}, got {source.num_episodes}; load "
@@ -78,90 +55,20 @@ def find_keyframes(source: LeRobotDataset, **settings: float) -> list[FoundKeyfr
         )
     rows = source.hf_dataset.select_columns([schema.STATE, "episode_index", "task_index"]).with_format("numpy")[:]
     states = np.asarray(rows[schema.STATE], dtype=np.float32)
+    check_states(states, rows["episode_index"])
     found = []
     for episode in np.unique(rows["episode_index"]):
         frames = np.flatnonzero(rows["episode_index"] == episode)
         part = states[frames]
+        if len(part) < 2:
+            raise LlakeyError(
+                f"Expected episodes of two frames or more in {source.repo_id}, got one frame in episode {episode}; "
+                "remove it with lerobot-edit-dataset."
+            )
         keyframes = discover_keyframes(part[:, schema.JOINTS], part[:, schema.GRIPPER], source.fps, **settings)
         task = str(source.meta.tasks.iloc[int(rows["task_index"][frames[0]])].name)
         found.append(FoundKeyframes(int(episode), task, part, keyframes, source.fps))
     return found
-
-
-def write_template(found: Sequence[FoundKeyframes], path: Path) -> None:
-    """Write a CSV file with one line a segment, its instruction left empty for a person to fill in."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(COLUMNS)
-        for episode in found:
-            for segment in range(len(episode.keyframes)):
-                begin, end = episode.seconds(segment)
-                writer.writerow((episode.episode, segment, f"{begin:.1f}", f"{end:.1f}", ""))
-
-
-def read_instructions(path: Path) -> dict[int, list[str]]:
-    """Instructions by episode, in the order of segments, from a CSV or JSON file.
-
-    Raises:
-        FileNotFoundError: if there is no such file.
-        ValueError: if it is not of the form that this module's description gives.
-    """
-    if not path.exists():
-        raise MissingFileError(f"Expected instructions in {path}, found no file; write one with --template={path}.")
-    if path.suffix == ".json":
-        try:
-            return {
-                int(episode): [str(text) for text in texts] for episode, texts in json.loads(path.read_text()).items()
-            }
-        except (AttributeError, TypeError, ValueError) as error:
-            raise LlakeyError(
-                f'Expected {path} to hold {{"0": ["instruction", ...], ...}}, got something else ({error}); correct it.'
-            ) from error
-    with path.open(newline="", encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
-    try:
-        by_segment = {(int(row["episode"]), int(row["segment"])): row["instruction"].strip() for row in rows}
-    except (AttributeError, KeyError, TypeError, ValueError) as error:
-        raise LlakeyError(
-            f"Expected {path} to have the columns episode, segment and instruction, got a row without ({error}); "
-            "correct it."
-        ) from error
-    instructions: dict[int, list[str]] = {}
-    for episode, segment in sorted(by_segment):
-        if segment != len(instructions.setdefault(episode, [])):
-            raise LlakeyError(
-                f"Expected segment {len(instructions[episode])} of episode {episode} in {path}, got segment {segment}; "
-                "number the segments from 0 without gaps."
-            )
-        instructions[episode].append(by_segment[episode, segment])
-    return instructions
-
-
-def ask_instructions(found: Sequence[FoundKeyframes], ask: Callable[[str], str] = input) -> dict[int, list[str]]:
-    """Ask a person for every segment's instruction; an empty answer takes the one of the same segment before.
-
-    Args:
-        found: episodes with their keyframes.
-        ask: shows a prompt and returns what was typed.
-    """
-    instructions: dict[int, list[str]] = {}
-    before: dict[tuple[str, int, int], str] = {}
-    for episode in found:
-        texts: list[str] = []
-        count = len(episode.keyframes)
-        for segment in range(count):
-            begin, end = episode.seconds(segment)
-            place = (episode.task, count, segment)
-            default = f" [{before[place]}]" if place in before else ""
-            prompt = f"episode {episode.episode} ({episode.task}), {begin:.1f} to {end:.1f} s{default}: "
-            text = ask(prompt).strip() or before.get(place, "")
-            while not text:
-                text = ask(prompt).strip()
-            before[place] = text
-            texts.append(text)
-        instructions[episode.episode] = texts
-    return instructions
 
 
 def annotate(
@@ -175,7 +82,7 @@ def annotate(
 ) -> LeRobotDataset:
     """Write a copy of a dataset with the contract's keyframe and instruction columns.
 
-    Where the source has no velocities, the copy's are estimated from its states.
+    The copy appears whole or not at all. Where the source has no velocities, the copy's are estimated from its states.
 
     The copy's action is the next keyframe's; the action that was recorded stays in the source alone.
 
@@ -188,17 +95,26 @@ def annotate(
         ignore_collision: whether the planner may touch things on the way to a keyframe: recordings do not tell.
 
     Raises:
-        ValueError: if an episode's instructions are missing or not as many as its segments.
-        FileExistsError: if the folder exists.
+        LlakeyError: if an episode's instructions are missing, not as many as its segments, or outside the grammar, or
+            the folder cannot be written to.
+        FileInTheWayError: if the folder exists.
     """
-    if root.exists():
-        raise FileInTheWayError(f"Expected {root} not to exist, found it; choose a new folder.")
+    refuse_occupied(root)
+    refuse_outside_grammar(by_place({episode.episode: instructions.get(episode.episode, ()) for episode in found}))
     labels = [_label(episode, instructions.get(episode.episode, ()), ignore_collision) for episode in found]
     kept = (schema.EPISODE_SEED, schema.EPISODE_VARIATION, schema.EPISODE_SEQUENCE, *schema.LATER_COLUMNS)
     columns = {
         key: values for key, values in _columns(found, labels).items() if not (key in kept and key in source.features)
     }
-    shutil.copytree(source.root, root, ignore=shutil.ignore_patterns("README.md", ".cache"))
+    check_writable(root, sum(file.stat().st_size for file in source.root.rglob("*") if file.is_file()))
+    with new_folder(root) as folder:
+        shutil.copytree(source.root, folder, ignore=shutil.ignore_patterns("README.md", ".cache"))
+        _relabel(folder, columns)
+    return LeRobotDataset(repo_id, root=root)
+
+
+def _relabel(root: Path, columns: Mapping[str, np.ndarray]) -> None:
+    """Set a dataset's columns, their statistics and LeRobot's own column of instructions."""
     features = schema.demonstration_features(cameras=())
 
     def of(table: pa.Table) -> dict[str, pa.Array]:
@@ -213,7 +129,6 @@ def annotate(
             numbers = values.astype(np.float64)
             stats[key] = get_feature_stats(numbers, axis=0, keepdims=numbers.ndim == 1)
     write_stats(stats, root)
-    return LeRobotDataset(repo_id, root=root)
 
 
 def _array(values: np.ndarray) -> pa.Array:

@@ -11,6 +11,7 @@ from huggingface_hub import DatasetCard, DatasetCardData
 from lerobot.datasets.lerobot_dataset import LeRobotDataset
 
 from lerobot_llakey import schema
+from lerobot_llakey.datasets.opening import open_dataset
 from lerobot_llakey.datasets.parts import RECORD, read_record
 from lerobot_llakey.errors import LlakeyError
 
@@ -83,7 +84,7 @@ def push(root: Path, repo_id: str, *, private: bool = False) -> str:
     Returns:
         Its address.
     """
-    dataset = LeRobotDataset(repo_id, root=root)
+    dataset = open_dataset(repo_id, root)
     card = make_card(dataset)
     dataset.push_to_hub(private=private, tags=_TAGS[1:])
     card.push_to_hub(repo_id, repo_type="dataset")

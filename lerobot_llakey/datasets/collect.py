@@ -11,7 +11,6 @@ from __future__ import annotations
 import logging
 import os
 import queue
-import shutil
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -22,14 +21,18 @@ from typing import Any
 
 from tqdm import tqdm
 
+from lerobot_llakey.bounds import require_count
 from lerobot_llakey.datasets.collect_part import collect_part
-from lerobot_llakey.datasets.parts import PARTS_SUFFIX, begin_parts, finish
+from lerobot_llakey.datasets.demonstrations import check_depth
+from lerobot_llakey.datasets.parts import growing
+from lerobot_llakey.datasets.places import check_space
 from lerobot_llakey.datasets.plan import CollectSettings, Targets
 from lerobot_llakey.errors import LlakeyError
 
 _PART_EPISODES = 48
 """At most so many episodes are lost when a process is killed."""
 _POLL_SECONDS = 0.2
+_MOST_WORKERS = 256
 
 
 _progress: Any = None
@@ -87,27 +90,30 @@ def collect(
         Number of episodes thrown away by reason, over all runs for these targets.
 
     Raises:
-        ValueError: if no target is given, or a target was begun with other settings.
-        RuntimeError: if an expert fails too often.
+        LlakeyError: if no target is given, one cannot be written to or was begun with other settings, or an expert
+            fails too often.
     """
     named = targets.named()
     if not named:
         raise LlakeyError("Expected demonstrations, keysteps or both to be collected, got neither; give one a folder.")
-    parts = Path(f"{next(iter(named.values()))[0]}{PARTS_SUFFIX}")
-    roots = {kind: root for kind, (root, _) in named.items()}
+    require_count("--num_workers", num_workers, 0, _MOST_WORKERS)
     quieten()
     workers = num_workers or os.cpu_count() or 1
-    begin, size = begin_parts(settings.resumable(), roots, parts, _part_size(len(settings), workers))
-    planned = list(_plan(begin, len(settings), size, parts))
-    missing = [part for part in planned if not part[2].exists()]
-    for folder in parts.iterdir():
-        if folder.is_dir() and folder not in {part[2] for part in planned}:
-            shutil.rmtree(folder)
-    with _Bar(len(settings), len(settings) - sum(stop - start for start, stop, _ in missing), progress) as bar:
-        if missing:
-            run = _run_here if workers == 1 else _run_in_processes
-            run(settings, tuple(named), missing, workers, bar)
-    return finish(settings.resumable(), len(settings), named, [part[2] for part in planned], parts)
+    with growing(settings.resumable(), len(settings), named, _part_size(len(settings), workers)) as growth:
+        planned = list(_plan(growth.begin, len(settings), growth.part_size, growth.parts))
+        folders = [folder for _, _, folder in planned]
+        to_make = set(growth.missing(folders))
+        missing = [part for part in planned if part[2] in to_make]
+        episodes = sum(stop - start for start, stop, _ in missing)
+        if "demonstrations" in named:
+            older = [growth.targets["demonstrations"][0]] if growth.begin else []
+            check_depth([*older, *(folder / "demonstrations" for folder in folders if folder not in to_make)])
+        check_space(growth.targets, episodes, len(settings), settings.image_size)
+        with _Bar(len(settings), len(settings) - episodes, progress) as bar:
+            if missing:
+                run = _run_here if workers == 1 else _run_in_processes
+                run(settings, tuple(named), missing, workers, bar)
+        return growth.finish(folders)
 
 
 def _part_size(episodes: int, workers: int) -> int:

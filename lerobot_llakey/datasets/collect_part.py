@@ -13,6 +13,7 @@ from pathlib import Path
 from lerobot_llakey import schema
 from lerobot_llakey.datasets.demonstrations import ROBOT_TYPE, DemonstrationWriter, frames_of, keystep_rng
 from lerobot_llakey.datasets.image_dataset import ImageDatasetWriter
+from lerobot_llakey.datasets.parts import THROWN
 from lerobot_llakey.datasets.plan import ATTEMPTS, CollectSettings
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.sim.cameras import CameraRig
@@ -99,5 +100,5 @@ def collect_part(
                 weighed = [balance.columns(i, episode.keyframes) for i in samples]
                 keysteps.add_episode([frame | extra for frame, extra in zip(taken, weighed, strict=True)])
             done(sum(bad.values()))
-    (temporary / "thrown.json").write_text(json.dumps(thrown))
+    (temporary / THROWN).write_text(json.dumps(thrown))
     temporary.replace(folder)

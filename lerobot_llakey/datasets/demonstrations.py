@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, Self
@@ -9,14 +10,17 @@ from typing import Any, Self
 import numpy as np
 from lerobot.configs import DepthEncoderConfig, RGBEncoderConfig
 from lerobot.datasets.lerobot_dataset import LeRobotDataset
+from lerobot.datasets.utils import INFO_PATH
 
 from lerobot_llakey import schema
 from lerobot_llakey.datasets.language import write_language
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.sim.cameras import CameraRig
 from lerobot_llakey.sim.recorder import Episode, frame_columns, render_frames
 from lerobot_llakey.sim.world import World
 
 ROBOT_TYPE = "panda"
+_DEPTH_SCALE = ("depth_min", "depth_max", "use_log")
 _LONGEST_EPISODE = 100_000
 """LeRobot's streaming encoder drops frames once its queue is full, so the queue holds whole episodes."""
 
@@ -48,11 +52,32 @@ def rgb_encoder() -> RGBEncoderConfig:
 
 
 def depth_encoder() -> DepthEncoderConfig:
-    """Lossless 12-bit HEVC over the contract's depth range: steps below a millimetre within two metres."""
+    """Lossless 12-bit HEVC over the contract's depth range in linear steps of one millimetre: every depth is exact."""
     nearest, farthest = schema.DEPTH_RANGE_METRES
     # One thread a stream: eight streams are encoded at once.
     options = {"x265-params": "lossless=1:log-level=error:pools=none:frame-threads=1"}
-    return DepthEncoderConfig(preset="ultrafast", g=10, depth_min=nearest, depth_max=farthest, extra_options=options)
+    return DepthEncoderConfig(
+        preset="ultrafast", g=10, depth_min=nearest, depth_max=farthest, use_log=False, extra_options=options
+    )
+
+
+def check_depth(roots: Iterable[Path]) -> None:
+    """Check that datasets keep depth as it is kept today, so that more episodes may be added.
+
+    Raises:
+        LlakeyError: if one, made by an earlier version, keeps it over another range.
+    """
+    encoder = depth_encoder()
+    for root in roots:
+        for key, feature in json.loads((root / INFO_PATH).read_text())["features"].items():
+            info = feature.get("info") or {}
+            kept = {name: info.get(f"video.{name}") for name in _DEPTH_SCALE}
+            today = {name: getattr(encoder, name) for name in _DEPTH_SCALE}
+            if "video.depth_min" in info and kept != today:
+                raise LlakeyError(
+                    f"Expected {key} in {root} with depth kept as {today}, got {kept} from an earlier version; collect "
+                    "into a new folder."
+                )
 
 
 class DemonstrationWriter:

@@ -15,10 +15,13 @@ from lerobot_llakey import schema
 from lerobot_llakey.datasets.balance import PAPER, Balance
 from lerobot_llakey.datasets.image_dataset import ImageDatasetWriter
 from lerobot_llakey.errors import LlakeyError
+from lerobot_llakey.folders import new_folder, refuse_occupied
 
 
 def convert(source: LeRobotDataset, root: Path, repo_id: str, *, balance: Balance = PAPER, seed: int = 0) -> int:
     """Write the keysteps of a demonstrations dataset, simulated or real, as a dataset of their own.
+
+    It appears whole or not at all; a run after one that was killed begins anew.
 
     Args:
         source: demonstrations with the contract's keyframe and instruction columns; any cameras.
@@ -31,9 +34,10 @@ def convert(source: LeRobotDataset, root: Path, repo_id: str, *, balance: Balanc
         Number of keysteps.
 
     Raises:
-        ValueError: if a column is missing.
-        FileExistsError: if the folder exists.
+        LlakeyError: if a column is missing, or the folder cannot be written to.
+        FileInTheWayError: if the folder exists.
     """
+    refuse_occupied(root)
     missing = [key for key in (schema.NEXT_KEYFRAME, schema.INSTRUCTION, schema.ACTION) if key not in source.features]
     if missing:
         raise LlakeyError(
@@ -50,7 +54,10 @@ def convert(source: LeRobotDataset, root: Path, repo_id: str, *, balance: Balanc
     next_frames, episodes = np.array(columns[schema.NEXT_KEYFRAME]), np.array(columns["episode_index"])
     rng = np.random.default_rng(seed)
     count = 0
-    with ImageDatasetWriter(repo_id, root, source.fps, written, source.meta.robot_type) as writer:
+    with (
+        new_folder(root) as folder,
+        ImageDatasetWriter(repo_id, folder, source.fps, written, source.meta.robot_type) as writer,
+    ):
         for episode in tqdm(np.unique(episodes), desc="keysteps", unit="episode"):
             rows = np.flatnonzero(episodes == episode)
             keyframes = sorted(set(next_frames[rows].tolist()))

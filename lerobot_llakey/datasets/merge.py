@@ -22,11 +22,18 @@ from lerobot.datasets.dataset_metadata import LeRobotDatasetMetadata
 from lerobot.datasets.io_utils import write_table_one_row_group_per_episode
 from lerobot.datasets.utils import update_chunk_file_indices
 
+from lerobot_llakey.datasets.opening import open_metadata
 from lerobot_llakey.errors import LlakeyError
+from lerobot_llakey.files import check_writable, reading
+from lerobot_llakey.folders import new_folder, refuse_occupied
+
+_DEPTH_INFO = ("depth_unit", "video.depth_min", "video.depth_max", "video.shift", "video.use_log")
 
 
 def merge(sources: Sequence[Path], target: Path, repo_id: str) -> None:
-    """Merge finished datasets into a new one, in order.
+    """Merge finished datasets into a new one, in order, which appears whole or not at all.
+
+    A run that was killed leaves nothing behind that the next one does not remove; that one begins anew.
 
     Args:
         sources: their folders; all with the same features.
@@ -34,12 +41,22 @@ def merge(sources: Sequence[Path], target: Path, repo_id: str) -> None:
         repo_id: its name.
 
     Raises:
-        ValueError: if a dataset has other columns than the first, or columns of another kind.
+        LlakeyError: if a dataset cannot be read, or has other columns than the first, or columns of another kind.
+        FileInTheWayError: if the folder exists.
     """
+    refuse_occupied(target)
+    files = [file for source in sources for file in source.rglob("*") if file.is_file()]
+    check_writable(target, sum(file.stat().st_size for file in files))
+    with new_folder(target) as folder:
+        merge_into(folder, sources, repo_id)
+
+
+def merge_into(target: Path, sources: Sequence[Path], repo_id: str) -> None:
+    """As :func:`merge`, but into the folder itself: it is a ruin where this is interrupted."""
     name = "local/part"
     # LeRobot's functions draw progress bars of their own.
     with contextlib.redirect_stderr(io.StringIO()):
-        metas = [LeRobotDatasetMetadata(name, root=source) for source in sources]
+        metas = [open_metadata(source) for source in sources]
         _check_columns(metas)
         if metas[0].video_keys:
             aggregate_datasets([name] * len(sources), repo_id, roots=list(sources), aggr_root=target)
@@ -48,7 +65,10 @@ def merge(sources: Sequence[Path], target: Path, repo_id: str) -> None:
 
 
 def _check_columns(metas: Sequence[LeRobotDatasetMetadata]) -> None:
-    """LeRobot's own check prints every feature of both datasets; this one names the columns that differ."""
+    """LeRobot's own check prints every feature of both datasets; this one names what differs.
+
+    LeRobot merges videos of depth that was kept over different ranges, and then reads all of them over one range.
+    """
     first = metas[0]
     for meta in metas[1:]:
         lacking, further = set(first.features) - set(meta.features), set(meta.features) - set(first.features)
@@ -58,6 +78,24 @@ def _check_columns(metas: Sequence[LeRobotDatasetMetadata]) -> None:
                 f"Expected the columns of {first.root} in {meta.root}, which has {' and '.join(has)}; collect both "
                 f"with the same version, or remove the columns with lerobot-edit-dataset."
             )
+        for name, one, other in (
+            ("frames a second", first.fps, meta.fps),
+            ("robot", first.robot_type, meta.robot_type),
+            *((key, _kind(first, key), _kind(meta, key)) for key in first.features),
+        ):
+            if one != other:
+                raise LlakeyError(
+                    f"Expected datasets alike, got {name}: {one} in {first.root} and {other} in {meta.root}; merge "
+                    "those that agree."
+                )
+
+
+def _kind(meta: LeRobotDatasetMetadata, key: str) -> dict[str, object]:
+    """What columns of the same name must share to be merged."""
+    feature = meta.features[key]
+    info = feature.get("info") or {}
+    kept = {name: info[name] for name in (*_DEPTH_INFO, "is_depth_map") if name in info}
+    return {"dtype": feature["dtype"], "shape": tuple(feature["shape"]), "names": feature.get("names"), **kept}
 
 
 def _merge_images(metas: list[LeRobotDatasetMetadata], target: Path, repo_id: str) -> None:
@@ -82,7 +120,9 @@ def _copy_data(source: LeRobotDatasetMetadata, merged: LeRobotDatasetMetadata, p
     copied: dict[tuple[int, int], tuple[int, int]] = {}
     chunk, file = place["chunk"], place["file"]
     for old in sorted(set(zip(source.episodes["data/chunk_index"], source.episodes["data/file_index"], strict=True))):
-        table = pq.read_table(source.root / source.data_path.format(chunk_index=old[0], file_index=old[1]))
+        path = source.root / source.data_path.format(chunk_index=old[0], file_index=old[1])
+        with reading(path, "parquet file"):
+            table = pq.read_table(path)
         changed = {
             "index": table["index"].to_numpy() + merged.info.total_frames,
             "episode_index": table["episode_index"].to_numpy() + merged.info.total_episodes,

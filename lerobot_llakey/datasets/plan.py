@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -10,12 +11,29 @@ from typing import Any
 import numpy as np
 
 from lerobot_llakey import schema
+from lerobot_llakey.bounds import require_count, require_number
 from lerobot_llakey.datasets.balance import PAPER, Balance
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.sim.disturbances import EVENTS, IMPRECISE
+from lerobot_llakey.sim.scene import TIMESTEP
 
 ATTEMPTS = 10
 """Scenes tried for an episode before giving up: an expert that fails this often in a row is broken."""
+IMAGE_SIZES = (16, 960)
+"""Smallest and largest height and width of pictures: what videos and the simulator's buffers allow."""
+
+
+def check_tasks(tasks: Sequence[str]) -> None:
+    """Check that there are tasks and none of them twice.
+
+    Raises:
+        LlakeyError: if that is not so.
+    """
+    if not tasks or len(set(tasks)) < len(tasks):
+        raise LlakeyError(
+            f"Expected each task once, got {', '.join(tasks) or 'none'}; the same scenes would be collected twice, so "
+            "ask for more episodes instead."
+        )
 
 
 @dataclass(frozen=True)
@@ -35,7 +53,8 @@ class CollectSettings:
         events: the unforeseen events to draw from.
 
     Raises:
-        ValueError: if the shares are out of range, or there is no such event.
+        LlakeyError: if a number makes no sense, there are not as many scene seeds, a task comes twice, or there is no
+            such event.
     """
 
     tasks: tuple[str, ...]
@@ -50,11 +69,21 @@ class CollectSettings:
     events: tuple[str, ...] = EVENTS
 
     def __post_init__(self) -> None:
-        shares = (self.recovery, self.imprecise)
-        if min(shares) < 0 or sum(shares) > 1:
+        seeds = len(schema.SEED_RANGES[self.split]) if self.split in schema.SEED_RANGES else 0
+        schema.scene_seed(self.split, self.first_seed)
+        require_count("num_episodes", self.num_episodes, 1, (seeds - self.first_seed) // ATTEMPTS)
+        require_count("image_size", self.image_size, *IMAGE_SIZES)
+        require_count("fps", self.fps, 1, round(1 / TIMESTEP))
+        if self.image_size % 2:
+            raise LlakeyError(f"Expected an even image_size, as videos need, got {self.image_size}; correct it.")
+        require_number("recovery", self.recovery, 0, 1)
+        require_number("imprecise", self.imprecise, 0, 1)
+        if self.recovery + self.imprecise > 1:
             raise LlakeyError(
-                f"Expected shares recovery and imprecise of 0 or more, together at most 1, got {shares}; lower one."
+                f"Expected shares recovery and imprecise of together at most 1, got {self.recovery} and "
+                f"{self.imprecise}; lower one."
             )
+        check_tasks(self.tasks)
         if not self.events or not set(self.events) <= set(EVENTS):
             raise LlakeyError(
                 f"Expected events out of {', '.join(EVENTS)}, got {', '.join(self.events) or 'none'}; pick of these."

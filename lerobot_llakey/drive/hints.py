@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable
-from difflib import SequenceMatcher, get_close_matches
 
 from lerobot_llakey import instructions
 from lerobot_llakey.errors import LlakeyError
-
-_SLOT = re.compile(r"\{(\w+)\}")
-_FORMS, _NEAR, _VERB_WEIGHT = 3, 0.6, 2.0
+from lerobot_llakey.hints import nearest_forms, nearest_known
 
 
 def read_instruction(text: str, known: Iterable[str] = ()) -> str:
@@ -37,43 +33,3 @@ def explain(text: str, known: Iterable[str] = ()) -> str:
         f"Expected a basic action, got {instructions.shortened(text)}; {hint} nearest forms are "
         f"{'; '.join(nearest_forms(text))}. Nothing was moved."
     )
-
-
-def nearest_known(text: str, known: Iterable[str]) -> str | None:
-    """The known instruction that reads most like a text, None if none is near."""
-    found = get_close_matches(_plain(text), list(known), n=1, cutoff=_NEAR)
-    return found[0] if found else None
-
-
-def nearest_forms(text: str, count: int = _FORMS) -> list[str]:
-    """The forms of basic actions that read most like a text, best first, as "grasp <thing>"; one for each template.
-
-    Only the words of a form count, not what fills it: its verb, looked for where the text begins, counts twice.
-    """
-    words = _plain(text).split()
-    best = [
-        max(template.texts, key=lambda form: _likeness(words, form)) for template in instructions.TEMPLATES.values()
-    ]
-    return [_shown(form) for form in sorted(best, key=lambda form: _likeness(words, form), reverse=True)[:count]]
-
-
-def _likeness(words: list[str], form: str) -> tuple[float, int]:
-    """How much of a form's fixed words is found in a text, 0..1, and how many there are, for forms found alike."""
-    verb, *others = _SLOT.sub(" ", form).split()
-    found = _VERB_WEIGHT * _nearest(verb, words[:2]) + sum(_nearest(word, words) for word in others)
-    return found / (_VERB_WEIGHT + len(others)), len(others)
-
-
-def _nearest(word: str, words: list[str]) -> float:
-    return max((SequenceMatcher(None, word, other).ratio() for other in words), default=0.0)
-
-
-def _shown(form: str) -> str:
-    poses = "|".join(instructions.POSES)
-    return _SLOT.sub(lambda slot: f"<{poses}>" if slot[1] == "pose" else f"<{slot[1]}>", form)
-
-
-def _plain(text: str) -> str:
-    """The beginning of a text: what is compared takes the product of the lengths."""
-    text = text[: instructions.LONGEST]
-    return " ".join(text.lower().split()).removesuffix(".")

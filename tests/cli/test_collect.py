@@ -39,6 +39,12 @@ def test_demonstrations_are_collected_and_keysteps_drawn_from_them(
         (("--split=exam",), "split"),
         (("--keystep_mode=fat",), "thin, repeat and weight"),
         (("--demonstrations=false",), "--keysteps_root"),
+        (("--num_workers=-1",), "--num_workers"),
+        (("--num_workers=100000",), "--num_workers"),
+        (("--task=,",), "got ','"),
+        (("--recovery=nan",), "recovery"),
+        (("--num_episodes=1000000000000",), "num_episodes"),
+        (("--root=/proc/demonstrations",), "/proc"),
     ],
 )
 def test_bad_options_are_one_sentence_before_any_work(

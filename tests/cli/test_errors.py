@@ -1,5 +1,7 @@
 """Errors as a person sees them."""
 
+import errno
+from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 
 import draccus
@@ -53,3 +55,18 @@ def test_a_refusal_of_the_file_system_names_the_place(tmp_path: Path, capsys: py
 def test_a_system_error_that_names_no_place_keeps_its_traceback() -> None:
     with pytest.raises(OSError, match="unclear"), one_sentence():
         raise OSError("unclear")
+
+
+@pytest.mark.parametrize(
+    ("error", "said"),
+    [
+        (OSError(errno.ENOSPC, "No space left on device"), "no space left on device"),
+        (BrokenProcessPool("A child process terminated abruptly"), "one killed"),
+    ],
+)
+def test_a_full_disk_and_a_killed_process_are_one_sentence(
+    error: Exception, said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit), one_sentence():
+        raise error
+    assert said in (sentence := capsys.readouterr().err) and sentence.startswith("error: Expected")

@@ -1,3 +1,5 @@
+import math
+
 import pytest
 
 from lerobot_llakey.dagger.plan import DaggerSettings
@@ -18,9 +20,13 @@ def test_what_disturbs_is_part_of_the_record_where_something_does() -> None:
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [
-        ({"num_episodes": 0}, "num_episodes, image_size and max_steps of 1 or more"),
-        ({"max_steps": 0}, "num_episodes, image_size and max_steps of 1 or more"),
-        ({"expert_share": 1.5}, r"expert_share in 0\.\.1, got 1\.5"),
+        ({"num_episodes": 0}, "num_episodes to be a whole number from 1"),
+        ({"num_episodes": 10**12}, "num_episodes .* got 1000000000000"),
+        ({"image_size": 1}, "image_size"),
+        ({"max_steps": 0}, "max_steps to be a whole number of 1 or more"),
+        ({"expert_share": 1.5}, r"expert_share to be a number from 0 to 1, got 1\.5"),
+        ({"expert_share": math.nan}, "expert_share"),
+        ({"tasks": ("a", "a")}, "each task once"),
         ({"split": "holdout"}, "split"),
         ({"first_seed": -1}, "episode index"),
         ({"disturbance": "rain"}, "Expected a disturbance out of drop, .* got 'rain'"),

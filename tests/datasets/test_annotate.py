@@ -1,6 +1,5 @@
 """Annotating recordings: keyframes from states, instructions from a person."""
 
-import json
 from pathlib import Path
 
 import numpy as np
@@ -11,8 +10,10 @@ from lerobot.datasets.lerobot_dataset import LeRobotDataset
 
 from lerobot_llakey import schema
 from lerobot_llakey.datasets import annotate as module
-from lerobot_llakey.datasets.annotate import FoundKeyframes, annotate, find_keyframes, read_instructions
+from lerobot_llakey.datasets.annotate import annotate, find_keyframes
+from lerobot_llakey.datasets.found import FoundKeyframes
 from lerobot_llakey.datasets.rewrite import rewrite
+from lerobot_llakey.errors import FileInTheWayError, LlakeyError
 
 TEXTS = ["move to the top of the cup", "grasp the cup"]
 
@@ -118,7 +119,7 @@ def test_too_few_instructions_are_refused_before_anything_is_written(
 
 
 def test_an_existing_folder_is_refused(source: LeRobotDataset, found: list[FoundKeyframes], tmp_path: Path) -> None:
-    with pytest.raises(FileExistsError, match="choose a new folder"):
+    with pytest.raises(FileExistsError, match="choose another one"):
         annotate(source, found, {0: TEXTS, 1: TEXTS}, tmp_path, "me/demonstrations")
 
 
@@ -129,50 +130,60 @@ def test_a_state_of_another_shape_is_named(tmp_path: Path) -> None:
         find_keyframes(other)
 
 
-def test_a_filled_in_template_is_read_again(found: list[FoundKeyframes], tmp_path: Path) -> None:
-    path = tmp_path / "instructions.csv"
-    module.write_template(found, path)
-    lines = path.read_text().splitlines()
-    assert lines[0] == "episode,segment,from_second,to_second,instruction"
-    assert lines[2] == "0,1,1.0,2.5,"
-    filled = [lines[0], *(line + TEXTS[index % 2] for index, line in enumerate(lines[1:]))]
-    path.write_text("\n".join(filled))
-    assert read_instructions(path) == {0: TEXTS, 1: TEXTS}
+def test_instructions_outside_the_grammar_are_refused_before_anything_is_written(
+    source: LeRobotDataset, found: list[FoundKeyframes], tmp_path: Path
+) -> None:
+    texts = {0: ["approach the cup", TEXTS[1]], 1: [TEXTS[0], "seize it"]}
+    with pytest.raises(LlakeyError, match=r"got 2 outside it: 'approach the cup' \(episode 0, segment 0; .*'seize it'"):
+        annotate(source, found, texts, tmp_path / "copy", "me/demonstrations")
+    assert list(tmp_path.iterdir()) == []
 
 
-def test_json_instructions_are_read(tmp_path: Path) -> None:
-    path = tmp_path / "instructions.json"
-    path.write_text(json.dumps({"0": TEXTS, "3": TEXTS[:1]}))
-    assert read_instructions(path) == {0: TEXTS, 3: TEXTS[:1]}
+@pytest.mark.parametrize("point", ["rewrite", "write_language", "write_stats"])
+def test_a_run_that_was_killed_leaves_nothing_that_looks_done_and_the_next_one_goes_through(
+    point: str, source: LeRobotDataset, found: list[FoundKeyframes], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def killed(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(module, point, killed)
+        patch.setattr("lerobot_llakey.folders.remove", lambda path: None)  # a killed process cleans up nothing
+        with pytest.raises(KeyboardInterrupt):
+            annotate(source, found, {0: TEXTS, 1: TEXTS}, tmp_path / "copy", "me/demonstrations")
+    assert not (tmp_path / "copy").exists()
+    copy = annotate(source, found, {0: TEXTS, 1: TEXTS}, tmp_path / "copy", "me/demonstrations")
+    assert copy[0][schema.INSTRUCTION] == TEXTS[0]
+    assert [path.name for path in tmp_path.iterdir()] == ["copy"]
+
+
+def test_a_source_that_stands_in_the_way_is_left_alone(source: LeRobotDataset, found: list[FoundKeyframes]) -> None:
+    with pytest.raises(FileInTheWayError):
+        annotate(source, found, {0: TEXTS, 1: TEXTS}, source.root, source.repo_id)
+    assert source[0][schema.ACTION].shape == (8,)
 
 
 @pytest.mark.parametrize(
-    ("name", "content", "message"),
+    ("columns", "change", "message"),
     [
-        ("a.csv", "episode,instruction\n0,grasp the cup\n", "columns episode, segment and instruction"),
-        ("b.csv", "episode,segment,instruction\n0,1,grasp the cup\n", "segment 0 of episode 0"),
-        ("c.json", '["grasp the cup"]', "something else"),
+        (schema.JOINTS, lambda values: np.rad2deg(values), "radians.*got 57.3.*degrees"),
+        (schema.POSITION, lambda values: values * 1000, "metres.*millimetres"),
+        (schema.GRIPPER, lambda values: values * 100, "opening from 0.*percent"),
+        (schema.GRIPPER, lambda values: values * 0.08, "as in metres"),
+        (schema.QUATERNION, lambda values: values * 0, "unit quaternions.*norm 0"),
+        (schema.POSITION, lambda values: values * np.nan, "finite"),
     ],
 )
-def test_instruction_files_of_another_form_are_named(name: str, content: str, message: str, tmp_path: Path) -> None:
-    (tmp_path / name).write_text(content)
-    with pytest.raises(ValueError, match=message):
-        read_instructions(tmp_path / name)
-
-
-def test_a_missing_file_is_named(tmp_path: Path) -> None:
-    with pytest.raises(FileNotFoundError, match="--template"):
-        read_instructions(tmp_path / "none.csv")
-
-
-def test_typed_instructions_are_offered_again_for_the_next_episode(found: list[FoundKeyframes]) -> None:
-    prompts: list[str] = []
-    answers = iter([*TEXTS, "", ""])
-
-    def ask(prompt: str) -> str:
-        prompts.append(prompt)
-        return next(answers)
-
-    assert module.ask_instructions(found, ask) == {0: TEXTS, 1: TEXTS}
-    assert prompts[0] == "episode 0 (take the cup), 0.0 to 1.0 s: "
-    assert prompts[3] == "episode 1 (take the cup), 1.0 to 2.5 s [grasp the cup]: "
+def test_recordings_in_other_units_are_refused(tmp_path: Path, columns, change, message: str) -> None:
+    states = two_moves()
+    states[:, columns] = change(states[:, columns])
+    features = {
+        schema.STATE: {"dtype": "float32", "shape": (schema.STATE_DIM,), "names": list(schema.STATE_NAMES)},
+    }
+    dataset = LeRobotDataset.create("me/other", 10, features, root=tmp_path / "other", use_videos=False)
+    for state in states:
+        dataset.add_frame({schema.STATE: state, schema.TASK: "take the cup"})
+    dataset.save_episode()
+    dataset.finalize()
+    with pytest.raises(LlakeyError, match=message):
+        find_keyframes(LeRobotDataset("me/other", root=tmp_path / "other"))

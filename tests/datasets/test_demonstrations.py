@@ -5,17 +5,20 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from lerobot.configs.video import DEPTH_QMAX
 from lerobot.datasets.lerobot_dataset import LeRobotDataset
 
 from lerobot_llakey import schema
 from lerobot_llakey.datasets.demonstrations import (
     ROBOT_TYPE,
     DemonstrationWriter,
+    check_depth,
     depth_encoder,
     frames_of,
     keystep_rng,
     rgb_encoder,
 )
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.sim.cameras import CameraRig
 from lerobot_llakey.sim.recorder import Episode, record
 from lerobot_llakey.sim.tasks import make_task
@@ -70,6 +73,12 @@ def test_frames_carry_the_label_of_their_own_time(recorded: Recorded) -> None:
 
 def test_a_written_episode_is_read_back(recorded: Recorded, tmp_path: Path) -> None:
     frames = frames_of(*recorded, range(12))
+    frames[7][schema.depth_key("wrist")][:4, :4, 0] = [
+        [0, 20, 21, 30],
+        [35, 40, 45, 49],
+        [50, 51, 64, 99],
+        [1, 2, 3, 4],
+    ]
     with DemonstrationWriter("local/any", tmp_path / "dense", FPS, SIZE) as writer:
         writer.add_episode(frames)
         writer.add_episode(frames[:6])
@@ -80,9 +89,10 @@ def test_a_written_episode_is_read_back(recorded: Recorded, tmp_path: Path) -> N
     for index, frame in ((7, frames[7]), (14, frames[2])):
         sample = dataset[index]
         assert np.allclose(sample[schema.STATE], frame[schema.STATE])
-        depth = sample[schema.depth_key("front")].numpy()[0]
         farthest = schema.DEPTH_RANGE_METRES[1] * 1000
-        assert np.abs(depth - frame[schema.depth_key("front")][..., 0].clip(max=farthest)).max() < 2, "millimetres"
+        for key in map(schema.depth_key, schema.CAMERAS):
+            kept = frame[key][..., 0].clip(max=farthest)
+            assert np.abs(sample[key].numpy()[0] - kept).max() < 1e-2, "millimetres"
         picture = sample[schema.image_key("front")].numpy().transpose(1, 2, 0) * 255
         assert np.abs(picture - frame[schema.image_key("front")]).mean() < 12, "lossy, yet the same picture"
 
@@ -110,5 +120,16 @@ def test_keysteps_are_drawn_anew_for_each_scene_and_alike_for_the_same(recorded:
 def test_depth_is_kept_without_loss_and_pictures_play_in_browsers() -> None:
     depth = depth_encoder()
     assert (depth.depth_min, depth.depth_max) == schema.DEPTH_RANGE_METRES
+    assert depth.depth_max * 1000 == DEPTH_QMAX and not depth.use_log, "one code for each millimetre"
     assert "lossless=1" in str(depth.extra_options)
     assert rgb_encoder().vcodec == "h264"
+
+
+def test_depth_kept_over_another_range_is_not_added_to(recorded: Recorded, tmp_path: Path) -> None:
+    with DemonstrationWriter("local/any", tmp_path / "dense", FPS, SIZE) as writer:
+        writer.add_episode(frames_of(*recorded, range(4)))
+    check_depth([tmp_path / "dense"])
+    path = tmp_path / "dense" / "meta" / "info.json"
+    path.write_text(path.read_text().replace('"video.depth_min": 0.0', '"video.depth_min": 0.05'))
+    with pytest.raises(LlakeyError, match=r"'depth_min': 0.05.* into a new folder"):
+        check_depth([tmp_path / "dense"])

@@ -1,13 +1,16 @@
 """The plan fixes every episode before any is simulated."""
 
+import math
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from lerobot_llakey import schema
 from lerobot_llakey.datasets.balance import Balance
 from lerobot_llakey.datasets.plan import ATTEMPTS, CollectSettings, Targets
+from lerobot_llakey.errors import LlakeyError
 
 SETTINGS = CollectSettings(("open_drawer", "close_jar"), 3, split="val")
 
@@ -75,3 +78,27 @@ def test_another_balance_is_another_plan_and_the_papers_is_written_as_it_used_to
     others = [Balance("weight"), Balance(stride=5), Balance(keyframe_repeats=3), Balance(min_per_segment=4)]
     records = [replace(SETTINGS, balance=balance).resumable() for balance in others]
     assert all(record != SETTINGS.resumable() for record in records) and records[1] != records[2]
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"recovery": math.nan}, "recovery to be a number from 0 to 1, got nan"),
+        ({"imprecise": -0.1}, "imprecise to be a number from 0 to 1"),
+        ({"num_episodes": 1_000_000_000_000}, "num_episodes .* got 1000000000000"),
+        ({"num_episodes": 0}, "num_episodes"),
+        ({"first_seed": -1}, "episode index"),
+        ({"first_seed": 99_999_990, "num_episodes": 2}, "num_episodes .* to 1, got 2"),
+        ({"split": "exam"}, "split"),
+        ({"image_size": 1}, "image_size .* from 16 to 960"),
+        ({"image_size": 100_000}, "image_size"),
+        ({"image_size": 33}, "even image_size"),
+        ({"fps": 0}, "fps"),
+        ({"fps": 10_000}, "fps .* to 250"),
+        ({"tasks": ("open_drawer", "close_jar", "open_drawer")}, "each task once"),
+        ({"tasks": ()}, "each task once, got none"),
+    ],
+)
+def test_settings_that_make_no_sense_are_refused_at_once(change: dict[str, Any], message: str) -> None:
+    with pytest.raises(LlakeyError, match=message):
+        replace(SETTINGS, **change)

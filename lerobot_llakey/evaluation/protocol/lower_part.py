@@ -8,10 +8,9 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from lerobot.datasets.dataset_metadata import LeRobotDatasetMetadata
-from lerobot.datasets.lerobot_dataset import LeRobotDataset
 from tqdm import tqdm
 
+from lerobot_llakey.datasets.opening import open_dataset, open_metadata
 from lerobot_llakey.evaluation.abilities.measure import ABILITIES, AVERAGE, measure
 from lerobot_llakey.evaluation.protocol import paper
 from lerobot_llakey.evaluation.protocol.loading import load_row
@@ -19,7 +18,7 @@ from lerobot_llakey.evaluation.protocol.markdown import paper_rows
 from lerobot_llakey.evaluation.protocol.rows import Row
 from lerobot_llakey.evaluation.rollout import Agent
 from lerobot_llakey.evaluation.tables import markdown_table
-from lerobot_llakey.files import reading, write_whole
+from lerobot_llakey.files import write_whole
 
 _FILE = "abilities.json"
 
@@ -44,8 +43,7 @@ class AbilitySamples:
         Raises:
             LlakeyError: if there is none, or its description is broken.
         """
-        with reading(Path(self.root), "dataset"):
-            LeRobotDatasetMetadata(self.repo_id, root=self.root)
+        open_metadata(Path(self.root))
 
 
 def measure_rows(rows: Sequence[Row], samples: AbilitySamples, folder: Path) -> dict[str, Any]:
@@ -63,7 +61,7 @@ def measure_rows(rows: Sequence[Row], samples: AbilitySamples, folder: Path) -> 
     done: dict[str, Any] = {"samples": asdict(samples), "rows": {}}
     if path.exists() and (kept := json.loads(path.read_text()))["samples"] == done["samples"]:
         done = kept
-    dataset = LeRobotDataset(samples.repo_id, root=samples.root)
+    dataset = open_dataset(samples.repo_id, Path(samples.root))
     for row in tqdm(rows, desc="abilities", unit="row"):
         if row.name in done["rows"]:
             continue
