@@ -86,7 +86,7 @@ def _check_info(folder: Path) -> None:
     with reading(path, "JSON file"):
         info: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
         version = packaging.version.parse(str(info["codebase_version"]))
-        for feature in info["features"].values():
+        for feature in dict(info["features"]).values():
             _ = feature["dtype"], list(feature["shape"])
         _ = int(info["total_episodes"]), int(info["total_frames"]), float(info["fps"])
     wanted = packaging.version.parse(CODEBASE_VERSION)

@@ -41,7 +41,6 @@ def test_demonstrations_are_collected_and_keysteps_drawn_from_them(
         (("--demonstrations=false",), "--keysteps_root"),
         (("--num_workers=-1",), "--num_workers"),
         (("--num_workers=100000",), "--num_workers"),
-        (("--task=,",), "got ','"),
         (("--recovery=nan",), "recovery"),
         (("--num_episodes=1000000000000",), "num_episodes"),
         (("--root=/proc/demonstrations",), "/proc"),
