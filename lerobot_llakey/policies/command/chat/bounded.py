@@ -25,7 +25,7 @@ def bounded_http(openai: Any, seconds: float, most_bytes: int) -> Any:
         ``openai.OpenAIError`` with the words of :func:`too_long`, after which it does not.
     """
 
-    class BoundedClient(openai.DefaultAsyncHttpxClient):  # type: ignore[misc, name-defined]
+    class BoundedClient(openai.DefaultAsyncHttpxClient):
         async def send(self, request: Any, *, stream: bool = False, **how: Any) -> Any:
             http = importlib.import_module(type(request).__module__.partition(".")[0])  # httpx, or its successor
             try:
