@@ -14,6 +14,9 @@ if sys.argv and sys.argv[0].rpartition("/")[2].startswith("llakey"):
 from lerobot_llakey.policies.action.configuration_llakey_action import LlakeyActionConfig
 from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
 from lerobot_llakey.policies.hierarchy.configuration_llakey import LlakeyConfig
+from lerobot_llakey.saved.guard import guard_loading
 from lerobot_llakey.sim.configuration_llakey_sim import LlakeySimConfig
+
+guard_loading(__name__)  # a checkpoint comes from a stranger, however LeRobot is made to load it
 
 __all__ = ["LlakeyActionConfig", "LlakeyCommandConfig", "LlakeyConfig", "LlakeySimConfig"]

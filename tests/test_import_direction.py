@@ -23,24 +23,25 @@ MAY_IMPORT: dict[str, set[str]] = {
     "files": set(),
     "folders": set(),
     "bounds": set(),
+    "saved": set(),
     # What the experts' recordings and anyone else's have in common.
     "labels": WORDS,
     "checks": WORDS | {"labels"},
     "sim": WORDS | {"labels"},
-    "policies": WORDS,
-    "policies.action": WORDS | {"policies", "checks"},
-    "policies.command": WORDS | {"policies", "checks"},
-    "policies.hierarchy": WORDS | POLICIES | {"policies", "checks"},
+    "policies": WORDS | {"saved"},
+    "policies.action": WORDS | {"policies", "saved", "checks"},
+    "policies.command": WORDS | {"policies", "saved", "checks"},
+    "policies.hierarchy": WORDS | POLICIES | {"policies", "saved", "checks"},
     "datasets": WORDS | {"labels", "checks", "sim"},
-    "evaluation": WORDS | POLICIES | {"labels", "policies", "sim", "datasets"},
+    "evaluation": WORDS | POLICIES | {"saved", "labels", "policies", "sim", "datasets"},
     "dagger": WORDS | {"sim", "datasets", "evaluation"},
     "drive": WORDS | POLICIES | {"policies", "sim", "evaluation"},
     "experiments": WORDS | POLICIES | {"labels", "policies", "sim", "datasets", "evaluation"},
     "cli": WORDS
     | POLICIES
-    | {"labels", "checks", "policies", "sim", "datasets", "evaluation", "dagger", "drive", "experiments"},
+    | {"saved", "labels", "checks", "policies", "sim", "datasets", "evaluation", "dagger", "drive", "experiments"},
     # Importing the package registers its environment and its policies.
-    "": POLICIES | {"policies", "sim"},
+    "": POLICIES | {"policies", "saved", "sim"},
 }
 """Each room, and the other rooms that it may import."""
 

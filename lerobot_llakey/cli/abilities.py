@@ -4,7 +4,7 @@ llakey abilities --policy_path=checkpoints/llakey_small --repo_id=local/llakey_k
     --root=data/llakey_keysteps_val --output_dir=outputs/abilities
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,7 @@ from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.evaluation.abilities.files import write_abilities
 from lerobot_llakey.evaluation.abilities.measure import measure
 from lerobot_llakey.evaluation.abilities.report import markdown
+from lerobot_llakey.evaluation.protocol.rows import options
 from lerobot_llakey.evaluation.rollout import Agent
 
 
@@ -34,6 +35,8 @@ class AbilitiesConfig:
         num_workers: processes that load the data.
         output_dir: where results.json, abilities.md, abilities.png, verbs.png, verbs.csv and confusions.csv go; only
             the tables are printed without it.
+        overrides: settings of the policy by dotted name, such as '{command.base_url: "http://127.0.0.1:8000/v1"}': what
+            a checkpoint says of servers, variables and paths is not taken.
     """
 
     policy_path: str
@@ -45,6 +48,7 @@ class AbilitiesConfig:
     batch_size: int = 32
     num_workers: int = 0
     output_dir: Path | None = None
+    overrides: dict[str, Any] = field(default_factory=dict)
 
 
 def command_policy(policy: Any, path: str) -> Any:
@@ -65,7 +69,7 @@ def command_policy(policy: Any, path: str) -> Any:
 @with_options
 def run(config: AbilitiesConfig) -> None:
     """Measure, print the tables, write the results."""
-    agent = Agent.load(config.policy_path)
+    agent = Agent.load(config.policy_path, overrides=options(config.overrides))
     policy = command_policy(agent.policy, config.policy_path)
     if config.constrain is not None:
         policy.config.constrain = config.constrain

@@ -14,6 +14,7 @@ from lerobot_llakey import schema
 from lerobot_llakey.cli.errors import one_sentence
 from lerobot_llakey.dagger.collect import collect
 from lerobot_llakey.dagger.plan import DaggerSettings
+from lerobot_llakey.saved.folder import inspect_checkpoint
 from lerobot_llakey.sim.tasks import parse_tasks
 
 
@@ -64,6 +65,7 @@ def run(config: DaggerConfig) -> None:
         expert_share=config.expert_share,
         disturbance=config.disturbance,
     )
+    inspect_checkpoint(config.policy_path)  # before a process is started for it
     collect(settings, config.root, config.repo_id, config.num_workers)
     print(f"keysteps: {config.root}")
 

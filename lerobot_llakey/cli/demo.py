@@ -4,8 +4,9 @@ llakey demo --policy_path=checkpoints/llakey_small --task=open_drawer,close_jar,
 llakey demo --policy_path=expert --task=all --disturbance=drop
 """
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
+from typing import Any
 
 from tqdm import tqdm
 
@@ -13,9 +14,11 @@ from lerobot_llakey.cli.command_line import with_options
 from lerobot_llakey.cli.errors import one_sentence
 from lerobot_llakey.cli.output import write_results
 from lerobot_llakey.evaluation.film import Film
+from lerobot_llakey.evaluation.protocol.rows import options
 from lerobot_llakey.evaluation.rollout import Actor, Agent, Episode, Expert, run_episode
 from lerobot_llakey.evaluation.tables import success_table
 from lerobot_llakey.evaluation.workers import run_jobs
+from lerobot_llakey.saved.folder import inspect_checkpoint
 from lerobot_llakey.sim.disturbances import check_disturbance
 from lerobot_llakey.sim.env import LlakeySimEnv
 from lerobot_llakey.sim.tasks import parse_tasks
@@ -39,6 +42,8 @@ class DemoConfig:
         detailed: show the robot's detailed meshes in the videos.
         num_workers: processes that run episodes at the same time; one for each CPU core where 0.
         output_dir: folder for results.json and videos/.
+        overrides: settings of the policy by dotted name, such as '{command.base_url: "http://127.0.0.1:8000/v1"}': what
+            a checkpoint says of servers, variables and paths is not taken.
     """
 
     policy_path: str = "checkpoints/llakey_small"
@@ -52,6 +57,7 @@ class DemoConfig:
     detailed: bool = True
     num_workers: int = 2
     output_dir: Path = Path("outputs/demo")
+    overrides: dict[str, Any] = field(default_factory=dict)
 
 
 def run(config: DemoConfig) -> list[Episode]:
@@ -63,6 +69,8 @@ def run(config: DemoConfig) -> list[Episode]:
     """
     tasks = parse_tasks(config.task)
     check_disturbance(config.disturbance)
+    if config.policy_path != _EXPERT:
+        inspect_checkpoint(config.policy_path)  # before a process is started for it
     jobs = [(config, task, index) for index in range(config.num_episodes) for task in tasks]
     (config.output_dir / "videos").mkdir(parents=True, exist_ok=True)
     episodes = []
@@ -76,16 +84,17 @@ def run(config: DemoConfig) -> list[Episode]:
     return episodes
 
 
-_agents: dict[tuple[str, bool], Agent] = {}
+_agents: dict[tuple[str, ...], Agent] = {}
 
 
 def _agent(config: DemoConfig) -> Actor:
     """Who acts; a policy is loaded once in each process."""
     if config.policy_path == _EXPERT:
         return Expert()
-    key = (config.policy_path, config.oracle)
+    given = options(config.overrides)
+    key = (config.policy_path, str(config.oracle), *given)
     if key not in _agents:
-        _agents[key] = Agent.load(config.policy_path, config.oracle)
+        _agents[key] = Agent.load(config.policy_path, config.oracle, given)
     return _agents[key]
 
 

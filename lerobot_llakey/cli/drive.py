@@ -5,15 +5,18 @@ llakey drive --policy_path=checkpoints/llakey_small --task=close_jar --seed=0 --
 """
 
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from lerobot_llakey.cli.command_line import with_options
 from lerobot_llakey.cli.errors import one_sentence
 from lerobot_llakey.drive.pilot import Pilot
 from lerobot_llakey.drive.session import Session
 from lerobot_llakey.drive.terminal import Terminal
+from lerobot_llakey.evaluation.protocol.rows import options
 from lerobot_llakey.evaluation.rollout import Agent
+from lerobot_llakey.saved.folder import inspect_checkpoint
 from lerobot_llakey.sim.env import LlakeySimEnv
 
 _BARE = "--terminal"
@@ -37,6 +40,8 @@ class DriveConfig:
         port: of the page, on this machine's loopback address.
         browser: open the page in the browser.
         output_dir: folder for steps and videos, a folder for each episode.
+        overrides: settings of the policy by dotted name, such as '{command.base_url: "http://127.0.0.1:8000/v1"}': what
+            a checkpoint says of servers, variables and paths is not taken.
     """
 
     policy_path: str = "checkpoints/llakey_small"
@@ -52,6 +57,7 @@ class DriveConfig:
     port: int = 7860
     browser: bool = True
     output_dir: Path = Path("outputs/drive")
+    overrides: dict[str, Any] = field(default_factory=dict)
 
 
 def make_session(config: DriveConfig, agent: Agent | None = None) -> Session:
@@ -76,8 +82,10 @@ def make_session(config: DriveConfig, agent: Agent | None = None) -> Session:
             disturbance=config.disturbance,
         )
 
+    if agent is None:
+        inspect_checkpoint(config.policy_path)
     make_env(config.task).close()  # whatever is wrong with the settings is better told before the policy is loaded
-    pilot = Pilot(agent or Agent.load(config.policy_path, config.oracle))
+    pilot = Pilot(agent or Agent.load(config.policy_path, config.oracle, options(config.overrides)))
     session = Session(pilot, make_env, config.output_dir, config.split, config.pause_seconds)
     session.start(config.task, config.seed)
     return session

@@ -4,14 +4,16 @@ llakey keyframe-accuracy --policy_path=checkpoints/llakey_small --repo_id=local/
     --root=data/llakey_keysteps_val --output_dir=outputs/keyframe_accuracy
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from lerobot_llakey.cli.command_line import with_options
 from lerobot_llakey.cli.errors import one_sentence
 from lerobot_llakey.cli.output import write_results
 from lerobot_llakey.datasets.opening import open_dataset
 from lerobot_llakey.evaluation.keyframe_accuracy import keyframe_accuracy
+from lerobot_llakey.evaluation.protocol.rows import options
 from lerobot_llakey.evaluation.rollout import Agent
 from lerobot_llakey.evaluation.tables import markdown_table
 
@@ -36,6 +38,8 @@ class KeyframeAccuracyConfig:
         num_samples: drawn at random; 0 takes all.
         batch_size: samples decided on at once.
         output_dir: where results.json goes; only the table is printed without it.
+        overrides: settings of the policy by dotted name, such as '{command.base_url: "http://127.0.0.1:8000/v1"}': what
+            a checkpoint says of servers, variables and paths is not taken.
     """
 
     policy_path: str
@@ -44,13 +48,14 @@ class KeyframeAccuracyConfig:
     num_samples: int = 0
     batch_size: int = 16
     output_dir: Path | None = None
+    overrides: dict[str, Any] = field(default_factory=dict)
 
 
 @with_options
 def run(config: KeyframeAccuracyConfig) -> None:
     """Measure, print the table, write the results."""
     dataset = open_dataset(config.repo_id, config.root)
-    agent = Agent.load(config.policy_path)
+    agent = Agent.load(config.policy_path, overrides=options(config.overrides))
     policy = getattr(agent.policy, "action", agent.policy)
     figures = keyframe_accuracy(policy, dataset, agent.preprocessor, None, config.num_samples, config.batch_size)
     rows = [

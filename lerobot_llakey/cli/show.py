@@ -4,14 +4,16 @@ llakey show --policy_path=checkpoints/llakey_small --repo_id=local/llakey_keyste
     --root=data/llakey_keysteps_val --index=10 --output=outputs/show.png
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from lerobot_llakey.cli.command_line import with_options
 from lerobot_llakey.cli.errors import one_sentence
 from lerobot_llakey.cli.output import write_png
 from lerobot_llakey.datasets.opening import open_dataset
 from lerobot_llakey.evaluation.looking import look
+from lerobot_llakey.evaluation.protocol.rows import options
 from lerobot_llakey.evaluation.rerun_file import require_rerun, write_rerun
 from lerobot_llakey.evaluation.rollout import Agent
 from lerobot_llakey.evaluation.show import page, report
@@ -28,6 +30,8 @@ class ShowConfig:
         index: of the frame in the dataset.
         output: the PNG to write.
         rerun: also save cloud, cameras and poses as this .rrd file; needs LeRobot's ``viz`` extra.
+        overrides: settings of the policy by dotted name, such as '{command.base_url: "http://127.0.0.1:8000/v1"}': what
+            a checkpoint says of servers, variables and paths is not taken.
     """
 
     policy_path: str
@@ -36,6 +40,7 @@ class ShowConfig:
     index: int = 0
     output: Path = Path("outputs/show.png")
     rerun: Path | None = None
+    overrides: dict[str, Any] = field(default_factory=dict)
 
 
 @with_options
@@ -44,7 +49,7 @@ def run(config: ShowConfig) -> None:
     if config.rerun is not None:
         require_rerun()
     dataset = open_dataset(config.repo_id, config.root)
-    agent = Agent.load(config.policy_path)
+    agent = Agent.load(config.policy_path, overrides=options(config.overrides))
     seen = look(agent.policy, dataset, config.index, agent.preprocessor)
     write_png(config.output, page(seen))
     if config.rerun is not None:

@@ -15,7 +15,8 @@ from lerobot.policies.factory import make_policy, make_pre_post_processors
 from lerobot.policies.pretrained import PreTrainedPolicy
 
 from lerobot_llakey import schema
-from lerobot_llakey.errors import MissingFileError
+from lerobot_llakey.files import reading
+from lerobot_llakey.saved.folder import inspect_checkpoint
 from lerobot_llakey.sim.configuration_llakey_sim import LlakeySimConfig
 from lerobot_llakey.sim.env import LlakeySimEnv
 from lerobot_llakey.sim.recorder import waypoint_action
@@ -104,21 +105,12 @@ class Agent:
             overrides: other settings, each as on a command line: ``--repeat_threshold=5``.
 
         Raises:
-            FileNotFoundError: if nothing is there.
+            MissingFileError: if nothing is there.
+            LlakeyError: if it is broken, or names what no checkpoint may.
         """
-        if not Path(path).exists() and str(path).count("/") != 1:
-            raise MissingFileError(f"Expected a checkpoint folder or a Hub name, got {path}; correct --policy_path.")
-        config = PreTrainedConfig.from_pretrained(path, cli_overrides=list(overrides))
-        config.pretrained_path = Path(path)
-        if oracle and hasattr(config, "commander"):  # an action policy alone reads the oracle by itself
-            config.commander = "oracle"
-        policy = make_policy(config, env_cfg=LlakeySimConfig())
-        preprocessor, postprocessor = make_pre_post_processors(
-            config,
-            pretrained_path=str(path),
-            preprocessor_overrides={"device_processor": {"device": str(config.device)}},
-        )
-        return Agent(policy.eval(), preprocessor, postprocessor)
+        folder = inspect_checkpoint(path)
+        with reading(folder, "checkpoint"):
+            return _load(folder, oracle, overrides)
 
     def reset(self) -> None:
         """Forget the last episode."""
@@ -148,6 +140,20 @@ class Agent:
         with torch.inference_mode():
             action: np.ndarray = self.postprocessor(self.policy.select_action(batch))[0].cpu().numpy()
         return action
+
+
+def _load(folder: Path, oracle: bool, overrides: Sequence[str]) -> Agent:
+    config = PreTrainedConfig.from_pretrained(folder, cli_overrides=list(overrides))
+    config.pretrained_path = folder
+    if oracle and hasattr(config, "commander"):  # an action policy alone reads the oracle by itself
+        config.commander = "oracle"
+    policy = make_policy(config, env_cfg=LlakeySimConfig())
+    preprocessor, postprocessor = make_pre_post_processors(
+        config,
+        pretrained_path=str(folder),
+        preprocessor_overrides={"device_processor": {"device": str(config.device)}},
+    )
+    return Agent(policy.eval(), preprocessor, postprocessor)
 
 
 def run_episode(

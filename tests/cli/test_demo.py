@@ -54,3 +54,10 @@ def _short(task: str, split: str, **settings: Any) -> Any:
     from lerobot_llakey.sim.env import LlakeySimEnv
 
     return LlakeySimEnv(task, split, image_size=32, episode_length=2, render_size=(120, 160), **settings)
+
+
+def test_a_wrong_path_is_told_before_a_process_is_started(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(demo, "run_jobs", lambda *_: pytest.fail("a process was started"))
+    with pytest.raises(FileNotFoundError, match="or a Hub name, got /nope, where none was found"):
+        run(DemoConfig(policy_path="/nope", task="open_drawer", output_dir=tmp_path / "demo"))
+    assert not (tmp_path / "demo").exists()

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import hashlib
-from pathlib import Path
 
 import draccus
-from huggingface_hub import snapshot_download
 
 from lerobot_llakey.errors import MissingFileError
 from lerobot_llakey.evaluation.protocol.rows import EXPERT, Row
@@ -14,32 +12,36 @@ from lerobot_llakey.evaluation.rollout import Actor, Agent, Expert
 from lerobot_llakey.policies.hierarchy.configuration_llakey import LlakeyConfig
 from lerobot_llakey.policies.hierarchy.modeling_llakey import LlakeyPolicy
 from lerobot_llakey.policies.hierarchy.processor_llakey import make_llakey_pre_post_processors
+from lerobot_llakey.saved.folder import find_checkpoint, inspect_checkpoint, require_file
 
-_CONFIG = "config.json"
 _BLOCK = 1 << 20
 
 
 def why_missing(row: Row) -> str:
-    """Why a row cannot be run, in a few words; empty where it can."""
+    """Why a row cannot be run, in a few words; empty where it can.
+
+    Raises:
+        LlakeyError: if a checkpoint is there but broken, or the Hub does not give it.
+    """
     unfilled = [name for name, value in row.overrides.items() if value in (None, "")]
     if unfilled:
         return f"{', '.join(unfilled)} is not filled in"
-    return next((f"no checkpoint at {path}" for path in row.paths if _folder(path) is None), "")
+    return next((f"no checkpoint at {path}" for path in row.paths if not _is_there(path)), "")
 
 
 def fingerprint(row: Row) -> str:
     """A digest of all files of the row's checkpoints, which changes with any weight or setting in them.
 
     Raises:
-        FileNotFoundError: if a checkpoint is missing.
+        MissingFileError: if a checkpoint is missing.
+        LlakeyError: if it is broken, or cannot be fetched.
     """
     digest = hashlib.sha256()
     for path in row.paths:
-        folder = _folder(path)
-        if folder is None:
-            raise MissingFileError(f"Expected a checkpoint folder or a Hub name, got {path}; correct --rows.")
+        folder = find_checkpoint(path)
         for file in sorted(folder.rglob("*")):
-            if file.is_file() and file.suffix != ".md":
+            if not file.is_dir() and file.suffix != ".md":
+                require_file(file)
                 digest.update(str(file.relative_to(folder)).encode())
                 with file.open("rb") as stream:
                     while block := stream.read(_BLOCK):
@@ -81,12 +83,13 @@ def _joined(arguments: list[str]) -> Agent:
     return Agent(policy, preprocessor, postprocessor)
 
 
-def _folder(path: str) -> Path | None:
-    """The folder of a checkpoint, fetched where it is on the Hub alone; None where there is none."""
-    folder = Path(path)
-    if not folder.is_dir() and len(folder.parts) == 2 and not folder.is_absolute():
-        try:
-            folder = Path(snapshot_download(path))
-        except (OSError, ValueError):
-            return None
-    return folder if (folder / _CONFIG).is_file() else None
+def _is_there(path: str) -> bool:
+    """Whether there is a checkpoint; one that was not trained yet is none, a broken one is an error."""
+    try:
+        folder = find_checkpoint(path)
+    except MissingFileError:
+        return False
+    if not any(folder.iterdir()):
+        return False
+    inspect_checkpoint(folder)
+    return True

@@ -10,6 +10,7 @@ from typing import Any
 import yaml
 
 from lerobot_llakey.errors import LlakeyError, MissingFileError
+from lerobot_llakey.files import reading
 
 EXPERT = "expert"
 """In place of a checkpoint: the scripted demonstrators."""
@@ -50,7 +51,12 @@ class Row:
 
     def arguments(self) -> list[str]:
         """The overrides as on a command line."""
-        return [f"--{name}={_written(value)}" for name, value in self.overrides.items()]
+        return options(self.overrides)
+
+
+def options(overrides: Mapping[str, Any]) -> list[str]:
+    """A policy's settings by dotted name, as on a command line: ``{commander: oracle}`` -> ``--commander=oracle``."""
+    return [f"--{name}={_written(value)}" for name, value in overrides.items()]
 
 
 def read_rows(rows: str) -> list[Row]:
@@ -78,11 +84,8 @@ def read_rows(rows: str) -> list[Row]:
 
 
 def _entries(path: Path) -> list[Any]:
-    try:
-        content = yaml.safe_load(path.read_text())
-    except yaml.YAMLError as error:
-        reason = " ".join(str(error).split())
-        raise LlakeyError(f"Expected YAML in {path}, got something else ({reason}); correct it.") from error
+    with reading(path, "YAML file of rows"):
+        content = yaml.safe_load(path.read_text(encoding="utf-8"))
     if not isinstance(content, list):
         raise LlakeyError(f"Expected a list of rows in {path}, got {type(content).__name__}; begin each with - name:.")
     return content
@@ -92,6 +95,14 @@ def _row(entry: Any, origin: str) -> Row:
     known = [part.name for part in fields(Row)]
     if not isinstance(entry, dict) or not entry.get("name") or set(entry) - set(known):
         raise LlakeyError(f"Expected a row with a name and fields out of {', '.join(known)} in {origin}, got {entry}.")
+    for name in ("name", "policy_path", "command_path", "action_path", "paper"):
+        if not isinstance(entry.get(name) or "", str):
+            raise LlakeyError(f"Expected text as {name} of a row in {origin}, got {entry[name]!r}; correct it.")
+    if not isinstance(entry.get("overrides") or {}, dict) or not isinstance(entry.get("views") or [], list):
+        raise LlakeyError(
+            f"Expected overrides as a mapping and views as a list in the row {entry['name']!r} of {origin}, got "
+            f"{entry.get('overrides')!r} and {entry.get('views')!r}; correct them."
+        )
     row = Row(**{**entry, "views": tuple(entry.get("views") or ()), "overrides": entry.get("overrides") or {}})
     if not (row.policy_path or row.action_path):
         raise LlakeyError(

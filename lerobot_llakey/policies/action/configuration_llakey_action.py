@@ -13,6 +13,7 @@ from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.action.limits import FRAMES, check_settings
 from lerobot_llakey.policies.keyframe_config import KeyframePolicyConfig
 from lerobot_llakey.policies.muon import MuonConfig
+from lerobot_llakey.saved.own import names_weights
 
 
 @PreTrainedConfig.register_subclass("llakey_action")
@@ -92,7 +93,7 @@ class LlakeyActionConfig(KeyframePolicyConfig):
     pose_context: bool = False
     rotation_frames: list[str] = field(default_factory=lambda: list(FRAMES))
 
-    text_model: str | None = None
+    text_model: str | None = names_weights()
     text_width: int = 128
     text_layers: int = 2
     text_buckets: int = 1024

@@ -41,11 +41,12 @@ from lerobot_llakey.policies.action.views.scene import Scene
 from lerobot_llakey.policies.batch import check_actions, check_loss, check_poses, weighted
 from lerobot_llakey.policies.precision import autocast
 from lerobot_llakey.policies.texts import reworded
+from lerobot_llakey.saved.weights import CheckedWeights
 
 CONDITION = 128
 
 
-class LlakeyActionPolicy(PreTrainedPolicy):
+class LlakeyActionPolicy(CheckedWeights, PreTrainedPolicy):
     """An RVT-like multi-view policy in one or two stages (LLaKey section III-D; RVT; RVT-2's zoom).
 
     The first stage looks at the whole workspace and finds the next keyframe's place to about a pixel; the second

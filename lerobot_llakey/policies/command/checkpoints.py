@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+import logging
 from pathlib import Path
 from typing import Any
 
-from huggingface_hub import snapshot_download
 from lerobot.configs import PreTrainedConfig
 from torch import Tensor
 
-from lerobot_llakey.policies.command.pretrained.adapters import ADAPTER, adapter_base, merge_adapter
-from lerobot_llakey.policies.command.pretrained.loading import ASSETS, save_assets
+from lerobot_llakey.errors import LlakeyError
+from lerobot_llakey.policies.command.pretrained.adapters import adapter_base, merge_adapter
+from lerobot_llakey.policies.command.pretrained.loading import save_assets
+from lerobot_llakey.policies.command.pretrained.settings import ADAPTER, ASSETS
+from lerobot_llakey.saved.folder import DOWNLOAD, inspect_checkpoint
+from lerobot_llakey.saved.processors import OUR_STEPS
+
+log = logging.getLogger(__name__)
 
 
 class CommandCheckpoints:
@@ -28,23 +34,31 @@ class CommandCheckpoints:
         Adapters, which LeRobot's ``make_policy`` keeps apart, are merged into the weights that they were trained on.
 
         Raises:
-            ValueError: if an adapter does not say what it was trained on.
+            MissingFileError: if there is no checkpoint.
+            LlakeyError: if it is broken or names what no checkpoint may, or an adapter does not say what it was
+                trained on.
         """
         policy_class: Any = cls
+        adapters: tuple[Path, ...] = kwargs.pop("adapters", ())
         given = kwargs.get("config")
         if given is not None and given.use_peft and str(pretrained_name_or_path) == given.model:
             # What an adapter was trained on may be a pretrained model rather than a policy.
             return policy_class(given, dataset_meta=kwargs.get("dataset_meta")).to(given.device).eval()
-        folder = Path(pretrained_name_or_path)
-        if not folder.is_dir():
-            patterns = ["*.json", "*.safetensors", f"{ASSETS}/*"]
-            revision = kwargs.get("revision")
-            folder = Path(snapshot_download(str(pretrained_name_or_path), revision=revision, allow_patterns=patterns))
+        options = {name: kwargs[name] for name in DOWNLOAD if kwargs.get(name) is not None}
+        folder = inspect_checkpoint(pretrained_name_or_path, OUR_STEPS, **options)
         config = given or PreTrainedConfig.from_pretrained(folder)
         if getattr(config, "backend", None) == "chat":
             return policy_class(config).eval()  # nothing to load: there are no weights
         if (folder / ADAPTER).is_file():
-            base = cls.from_pretrained(adapter_base(folder), **kwargs | {"config": config, "revision": None})
+            source = adapter_base(folder)
+            log.info("The adapter %s goes onto the weights of %s.", folder, source)
+            if folder.resolve() in adapters:
+                raise LlakeyError(
+                    f"Expected adapters that come down to a checkpoint, got {folder}, which goes back to itself; "
+                    f"correct base_model_name_or_path in its {ADAPTER}."
+                )
+            on = {"config": config, "revision": None, "adapters": (*adapters, folder.resolve())}
+            base = cls.from_pretrained(source, **kwargs | on)
             policy = merge_adapter(base, folder)
             policy.config.use_peft = False
             return policy.eval()

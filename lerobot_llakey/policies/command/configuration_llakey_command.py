@@ -10,13 +10,14 @@ from lerobot.optim import AdamWConfig
 
 from lerobot_llakey import schema
 from lerobot_llakey.errors import LlakeyError
-from lerobot_llakey.policies.command.chat.settings import ChatSettings
+from lerobot_llakey.policies.command.chat.settings import UNNAMED, ChatSettings
 from lerobot_llakey.policies.command.holding import MOVING_ABOVE
 from lerobot_llakey.policies.command.limits import check_numbers, check_texts
 from lerobot_llakey.policies.command.pretrained.settings import PretrainedModelSettings
 from lerobot_llakey.policies.keyframe_config import KeyframePolicyConfig
 from lerobot_llakey.policies.muon import MuonConfig
 from lerobot_llakey.policies.precision import PRECISIONS
+from lerobot_llakey.saved.own import users_own
 
 
 @PreTrainedConfig.register_subclass("llakey_command")
@@ -36,7 +37,8 @@ class LlakeyCommandConfig(PretrainedModelSettings, KeyframePolicyConfig):
             the gripper's opening as numbers (an extension of this project). A chat model is told nothing of it.
         backend: "local" runs the model in this process; "chat" asks the model of that name at ``base_url``, a server of
             the OpenAI-compatible chat-completions API, and trains nothing.
-        base_url: address of that server, such as http://127.0.0.1:8000/v1; None is OpenAI's own.
+        base_url: address of that server, such as http://127.0.0.1:8000/v1; None is OpenAI's own. The user's own: in a
+            loaded checkpoint none is named, and nothing is asked before one is given.
         chat: how it is asked.
         image_size: pixels a side; other sizes are resized. Pretrained models use their own image processor instead.
         patch_size: pixels a side of one image token.
@@ -72,7 +74,7 @@ class LlakeyCommandConfig(PretrainedModelSettings, KeyframePolicyConfig):
     proprioception: str = "none"
 
     backend: str = "local"
-    base_url: str | None = None
+    base_url: str | None = users_own(None, unset=UNNAMED)
     chat: ChatSettings = field(default_factory=ChatSettings)
 
     image_size: int = schema.IMAGE_SIZE
@@ -134,6 +136,8 @@ class LlakeyCommandConfig(PretrainedModelSettings, KeyframePolicyConfig):
                 "Expected backend=local and constrain=true with target=action, got others; only then every answer is a "
                 "pose."
             )
+        if self.backend == "local" and self.base_url == UNNAMED:
+            self.base_url = None
         self.check_model_settings()
         if self.dtype == "float32" and self.weights_dtype != "float32":
             raise LlakeyError(

@@ -43,9 +43,10 @@ from lerobot_llakey.policies.command.targets.make import make_target
 from lerobot_llakey.policies.command.vocabulary import dataset_instructions, dataset_tasks
 from lerobot_llakey.policies.precision import autocast
 from lerobot_llakey.policies.texts import reworded, text_column
+from lerobot_llakey.saved.weights import CheckedWeights
 
 
-class LlakeyCommandPolicy(CommandCheckpoints, TakesAdapters, PreTrainedPolicy):
+class LlakeyCommandPolicy(CommandCheckpoints, CheckedWeights, TakesAdapters, PreTrainedPolicy):
     """Looks at the scene and says the next basic action in words.
 
     Args:

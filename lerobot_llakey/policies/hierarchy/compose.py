@@ -10,7 +10,7 @@ from huggingface_hub.constants import SAFETENSORS_SINGLE_FILE
 from safetensors import safe_open
 from safetensors.torch import save_file
 
-from lerobot_llakey.errors import LlakeyError, MissingFileError
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.action.processor_llakey_action import make_llakey_action_pre_post_processors
 from lerobot_llakey.policies.command.processor_llakey_command import make_llakey_command_pre_post_processors
 from lerobot_llakey.policies.hierarchy.configuration_llakey import LlakeyConfig
@@ -64,9 +64,6 @@ def split(policy_path: str | Path, output_dir: str | Path, half: bool = False) -
         FileNotFoundError: if the path holds no checkpoint.
         ValueError: if it is of another kind, or has no command policy.
     """
-    # Without the check, a folder that is not there would be looked for on the Hub.
-    if not Path(policy_path).exists() and str(policy_path).count("/") != 1:
-        raise MissingFileError(f"Expected a checkpoint folder or a Hub name, got {policy_path}; correct policy_path.")
     policy = LlakeyPolicy.from_pretrained(policy_path)
     if policy.command is None:
         raise LlakeyError(

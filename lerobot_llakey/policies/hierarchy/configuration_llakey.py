@@ -14,6 +14,7 @@ from lerobot_llakey.policies.batch import FARTHEST
 from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
 from lerobot_llakey.policies.keyframe_config import KeyframePolicyConfig
 from lerobot_llakey.policies.muon import MuonConfig
+from lerobot_llakey.saved.own import users_own
 
 COMMANDERS = ("policy", "oracle", "task", "list")
 BOUNDS: dict[str, Bounds] = {
@@ -70,8 +71,8 @@ class LlakeyConfig(KeyframePolicyConfig):
 
     command: LlakeyCommandConfig = field(default_factory=lambda: LlakeyCommandConfig(device="cpu"))
     action: LlakeyActionConfig = field(default_factory=lambda: LlakeyActionConfig(device="cpu"))
-    command_path: str | None = None
-    action_path: str | None = None
+    command_path: str | None = users_own(None)
+    action_path: str | None = users_own(None)
 
     commander: str = "policy"
     instructions: list[str] = field(default_factory=list)
@@ -87,8 +88,8 @@ class LlakeyConfig(KeyframePolicyConfig):
     still_distance: float = 0.005
     still_degrees: float = 2.0
     seed: int = 0
-    log_dir: str | None = None
-    results_path: str | None = None
+    log_dir: str | None = users_own(None)
+    results_path: str | None = users_own(None)
 
     train_command: bool = True
     train_action: bool = True

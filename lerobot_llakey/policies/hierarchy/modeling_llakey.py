@@ -7,10 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import torch
-from huggingface_hub import snapshot_download
 from lerobot.configs import FeatureType, PolicyFeature, PreTrainedConfig
-from lerobot.utils.device_utils import resolve_safetensors_device
-from safetensors.torch import load_model
 from torch import Tensor
 
 from lerobot_llakey import schema
@@ -23,13 +20,16 @@ from lerobot_llakey.policies.hierarchy.commanders.build import build_commander
 from lerobot_llakey.policies.hierarchy.commanders.commander import Commander
 from lerobot_llakey.policies.hierarchy.configuration_llakey import LlakeyConfig
 from lerobot_llakey.policies.hierarchy.loop import Loop
-from lerobot_llakey.policies.hierarchy.parts import check_keys, load_part, parameter_groups
+from lerobot_llakey.policies.hierarchy.parts import load_part, parameter_groups
 from lerobot_llakey.policies.hierarchy.publishing import PublishedPolicy
 from lerobot_llakey.policies.hierarchy.record import Step
 from lerobot_llakey.policies.hierarchy.supervisor import Supervisor
+from lerobot_llakey.saved.folder import DOWNLOAD, inspect_checkpoint, read_settings
+from lerobot_llakey.saved.processors import OUR_STEPS
+from lerobot_llakey.saved.weights import CheckedWeights
 
 
-class LlakeyPolicy(PublishedPolicy):
+class LlakeyPolicy(CheckedWeights, PublishedPolicy):
     """LLaKey: two policies in a loop, with its memory kept per row of the batch (algorithm 1 of the paper).
 
     A checkpoint is one ``config.json`` with the settings and one ``model.safetensors`` with the weights of both parts.
@@ -76,10 +76,10 @@ class LlakeyPolicy(PublishedPolicy):
         """Put the parts that the settings name by path in place, and freeze what is not trained."""
         config = self.config
         if config.has_command and config.command_path is not None:
-            self.command = load_part(LlakeyCommandPolicy, config.command_path, config.device)
+            self.command = load_part(LlakeyCommandPolicy, config.command_path, config.device, config.command)
             config.command = self.command.config
         if config.action_path is not None:
-            self.action = load_part(LlakeyActionPolicy, config.action_path, config.device)
+            self.action = load_part(LlakeyActionPolicy, config.action_path, config.device, config.action)
             config.action = self.action.config
         config.command_path = config.action_path = None
         parts: list[PreTrainedConfig] = [config.action, config.command] if config.has_command else [config.action]
@@ -104,17 +104,16 @@ class LlakeyPolicy(PublishedPolicy):
         A ``command_path`` or ``action_path`` in ``config`` then replaces that part.
 
         Raises:
-            ValueError: if it is a checkpoint of another kind.
+            MissingFileError: if there is no checkpoint.
+            LlakeyError: if it is a checkpoint of another kind, broken, or names what no checkpoint may.
         """
-        folder = Path(pretrained_name_or_path)
-        if not folder.is_dir():
-            names = ("revision", "cache_dir", "force_download", "token", "local_files_only")
-            options = {name: kwargs[name] for name in names if name in kwargs}
-            folder = Path(snapshot_download(str(pretrained_name_or_path), **options))
-        saved_config = PreTrainedConfig.from_pretrained(folder)
-        config = config or saved_config
+        options = {name: kwargs[name] for name in DOWNLOAD if name in kwargs}
+        folder = inspect_checkpoint(pretrained_name_or_path, OUR_STEPS, **options)
+        saved_type = read_settings(folder)["type"]
         # The given settings may be of the right type while the weights are not: both count.
-        kinds = {saved_config.type, config.type} - {cls.name}
+        kinds = {saved_type, cls.name if config is None else config.type} - {cls.name}
+        if not kinds:
+            config = config or PreTrainedConfig.from_pretrained(folder)
         if kinds or not isinstance(config, LlakeyConfig):
             raise LlakeyError(
                 f"Expected a checkpoint of type 'llakey' at {pretrained_name_or_path}, got one of type "
@@ -131,21 +130,11 @@ class LlakeyPolicy(PublishedPolicy):
             policy.evaluated_in = folder
         return policy.to(config.device).eval()
 
-    @classmethod
-    def _load_as_safetensor(cls, model: LlakeyPolicy, model_file: str, map_location: str, strict: bool) -> LlakeyPolicy:
-        try:
-            missing, unexpected = load_model(
-                model, model_file, strict=False, device=resolve_safetensors_device(map_location)
-            )
-        except RuntimeError as error:
-            raise LlakeyError(
-                f"Expected weights that fit the settings, got a checkpoint of another kind in {model_file} "
-                f"({str(error).splitlines()[-1].strip()}); give a checkpoint saved with these settings."
-            ) from error
-        built = model.command is not None and model.command.chat is None
-        left_out = () if built else ("command.",)
-        check_keys(model_file, missing, [key for key in unexpected if not key.startswith(left_out)])
-        return model
+    @property
+    def weights_left_out(self) -> tuple[str, ...]:
+        """Those of a command policy, where another commander or a chat model takes its place."""
+        built = self.command is not None and self.command.chat is None
+        return () if built else ("command.",)
 
     def get_optim_params(self) -> list[dict[str, Any]]:
         """Parameter groups of the parts that are trained."""

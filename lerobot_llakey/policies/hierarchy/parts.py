@@ -2,63 +2,46 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from huggingface_hub.errors import HFValidationError
 from lerobot.configs import PreTrainedConfig
 from lerobot.policies.pretrained import PreTrainedPolicy
 
 from lerobot_llakey.errors import LlakeyError, MissingFileError
+from lerobot_llakey.saved.folder import inspect_checkpoint, read_settings
+from lerobot_llakey.saved.own import given_options
+from lerobot_llakey.saved.processors import OUR_STEPS
 
 
-def load_part[P: PreTrainedPolicy](policy_class: type[P], path: str | Path, device: str | None) -> P:
+def load_part[P: PreTrainedPolicy](
+    policy_class: type[P], path: str | Path, device: str | None, own: PreTrainedConfig | None = None
+) -> P:
     """A trained part from a Hub name or a folder.
 
     Args:
         policy_class: what the checkpoint must hold.
         path: where it is.
         device: where its weights go.
+        own: settings whose servers, variables and paths, which only the user gives, hold for the part.
 
     Raises:
-        FileNotFoundError: if there is no checkpoint at ``path``.
-        ValueError: if it is a checkpoint of another kind.
+        MissingFileError: if there is no checkpoint at ``path``.
+        LlakeyError: if it is a checkpoint of another kind, broken, or names what no checkpoint may.
     """
     try:
-        config = PreTrainedConfig.from_pretrained(path)
-    except (OSError, HFValidationError) as error:
-        raise MissingFileError(
-            f"Expected a folder or Hub name of a {policy_class.name!r} checkpoint, got {str(path)!r}, where none was "
-            "found; check the path."
-        ) from error
-    if not isinstance(config, policy_class.config_class):
+        folder = inspect_checkpoint(path, OUR_STEPS)
+    except MissingFileError as error:
+        raise MissingFileError(f"{error} A checkpoint of type {policy_class.name!r} was to be loaded.") from error
+    kind = read_settings(folder)["type"]
+    if kind != policy_class.name:
         raise LlakeyError(
-            f"Expected a checkpoint of type {policy_class.name!r} at {path}, got one of type {config.type!r}: a "
-            "checkpoint of another kind; give the path of the right one."
+            f"Expected a checkpoint of type {policy_class.name!r} at {path}, got one of type {kind!r}: a checkpoint of "
+            "another kind; give the path of the right one."
         )
+    config = PreTrainedConfig.from_pretrained(folder, cli_overrides=[] if own is None else given_options(own))
     config.device = device
-    try:
-        return policy_class.from_pretrained(path, config=config, strict=True)
-    except RuntimeError as error:
-        raise LlakeyError(
-            f"Expected weights that fit the settings of the {policy_class.name!r} checkpoint at {path}, got a "
-            f"checkpoint of another kind ({str(error).splitlines()[0]}); save it again or give another path."
-        ) from error
-
-
-def check_keys(path: str | Path, missing: Iterable[str], unexpected: Iterable[str]) -> None:
-    """Refuse weights that are not those of the policy.
-
-    Raises:
-        ValueError: if any are missing or unexpected.
-    """
-    missing, unexpected = sorted(missing), sorted(unexpected)
-    if missing or unexpected:
-        raise LlakeyError(
-            f"Expected the weights of a llakey checkpoint in {path}, got a checkpoint of another kind: {len(missing)} "
-            f"missing {missing[:2]}, {len(unexpected)} unexpected {unexpected[:2]}; give one saved by this policy."
-        )
+    return policy_class.from_pretrained(folder, config=config, strict=True)
 
 
 def parameter_groups(part: PreTrainedPolicy, multiplier: float) -> list[dict[str, Any]]:

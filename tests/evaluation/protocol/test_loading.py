@@ -1,14 +1,21 @@
 """What decides whether results may be resumed: a checkpoint's fingerprint, and why a row cannot be run."""
 
+import os
 import shutil
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-from lerobot_llakey.errors import MissingFileError
+from fakes_action import small_config
+from lerobot_llakey.errors import LlakeyError, MissingFileError
 from lerobot_llakey.evaluation.protocol.loading import fingerprint, why_missing
 from lerobot_llakey.evaluation.protocol.rows import EXPERT, Row
+from lerobot_llakey.evaluation.protocol.runner import runnable
+from lerobot_llakey.policies.action.modeling_llakey_action import LlakeyActionPolicy
+
+HEADER = b'{"a":{"dtype":"F32","shape":[1],"data_offsets":[0,4]}}'
+WEIGHTS = len(HEADER).to_bytes(8, "little") + HEADER
 
 
 @pytest.fixture
@@ -16,14 +23,14 @@ def checkpoint(tmp_path: Path) -> Path:
     folder = tmp_path / "checkpoint"
     (folder / "assets").mkdir(parents=True)
     (folder / "config.json").write_text('{"type": "llakey"}')
-    (folder / "model.safetensors").write_bytes(bytes(100))
+    (folder / "model.safetensors").write_bytes(WEIGHTS + bytes(4))
     (folder / "assets/words.txt").write_text("grasp")
     (folder / "README.md").write_text("A policy.")
     return folder
 
 
 def change_a_weight(folder: Path) -> None:
-    (folder / "model.safetensors").write_bytes(bytes(99) + b"\1")
+    (folder / "model.safetensors").write_bytes(WEIGHTS + bytes(3) + b"\1")
 
 
 def change_a_setting(folder: Path) -> None:
@@ -80,3 +87,44 @@ def test_why_a_row_cannot_be_run_is_said(checkpoint: Path, tmp_path: Path) -> No
     (tmp_path / "empty").mkdir()  # a folder without a config.json is no checkpoint
     for folder in (tmp_path / "nowhere", tmp_path / "empty"):
         assert str(folder) in why_missing(Row("x", command_path=str(checkpoint), action_path=str(folder)))
+
+
+@pytest.fixture
+def action(tmp_path: Path) -> Path:
+    LlakeyActionPolicy(small_config()).save_pretrained(tmp_path / "action")
+    return tmp_path / "action"
+
+
+def test_a_policy_that_was_not_trained_yet_is_missing(action: Path, tmp_path: Path) -> None:
+    later = tmp_path / "later" / "checkpoints" / "last" / "pretrained_model"
+    assert why_missing(Row("later", policy_path=str(later))) == f"no checkpoint at {later}"
+    assert not why_missing(Row("now", policy_path=str(action)))
+    assert not why_missing(Row("expert", policy_path="expert"))
+    assert list(runnable([Row("now", policy_path=str(action)), Row("later", action_path=str(later))]).missing) == [
+        "later"
+    ]
+
+
+def test_a_name_that_the_hub_does_not_give_is_an_error(action: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("huggingface_hub.constants.HF_HUB_OFFLINE", True)
+    rows = [Row("now", policy_path=str(action)), Row("far", policy_path="nobody/no-checkpoint")]
+    with pytest.raises(LlakeyError, match="got nobody/no-checkpoint: no folder here, and the Hub does not give it"):
+        runnable(rows)
+
+
+def test_a_broken_checkpoint_is_an_error(action: Path) -> None:
+    (action / "config.json").write_text('{"type": "llakey')
+    with pytest.raises(LlakeyError, match=r"config\.json, got one that is broken"):
+        why_missing(Row("broken", policy_path=str(action)))
+    (action / "config.json").unlink()
+    with pytest.raises(MissingFileError, match=r"Expected a checkpoint with config\.json"):
+        why_missing(Row("broken", policy_path=str(action)))
+
+
+def test_weights_through_a_pipe_do_not_hold_a_table_up(action: Path) -> None:
+    before = fingerprint(Row("row", policy_path=str(action)))
+    assert before == fingerprint(Row("row", policy_path=str(action)))
+    (action / "model.safetensors").unlink()
+    os.mkfifo(action / "model.safetensors")
+    with pytest.raises(LlakeyError, match=r"model\.safetensors, got a named pipe"):
+        fingerprint(Row("row", policy_path=str(action)))

@@ -33,7 +33,9 @@ def test_rows_of_paths() -> None:
         ("- {name: x, policy_paht: y}", "fields out of"),
         ("- {policy_path: y}", "a name"),
         ("- {name: x, policy_path: y}\n- {name: X, policy_path: y}", "a name of its own"),
-        ("- {name: x", "Expected YAML"),
+        ("- {name: x", "readable YAML file of rows"),
+        ("- {name: x, policy_path: 5}", "Expected text as policy_path"),
+        ("- {name: x, policy_path: y, overrides: [1]}", "overrides as a mapping"),
         ("[]", "at least one row"),
     ],
 )

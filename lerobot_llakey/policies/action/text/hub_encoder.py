@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import torch
@@ -14,6 +15,7 @@ from lerobot_llakey.errors import LlakeyError
 _KEPT_TEXTS = 4096
 _MOST_TOKENS = 512
 """Of a text, for models that set no limit themselves."""
+_NOT_CONNECTED = ("couldn't connect", "offline", "locate the file on the hub", "max retries", "connection error")
 
 
 class HubTextEncoder(nn.Module):
@@ -84,16 +86,22 @@ def _load(name: str) -> tuple[Any, Any, int]:
     from transformers import AutoConfig, AutoModel, AutoTokenizer, CLIPTextModel
 
     try:
-        settings = AutoConfig.from_pretrained(name)
-        tokenizer = AutoTokenizer.from_pretrained(name)
+        # Left out, code beside the weights would be asked about on the terminal; it is never run.
+        settings = AutoConfig.from_pretrained(name, trust_remote_code=False)
+        tokenizer = AutoTokenizer.from_pretrained(name, trust_remote_code=False)
         if settings.model_type.startswith("clip"):
             model = CLIPTextModel.from_pretrained(name)
         else:
-            model = AutoModel.from_pretrained(name)
+            model = AutoModel.from_pretrained(name, trust_remote_code=False)
             if settings.is_encoder_decoder:
                 model = model.get_encoder()
             model = getattr(model, "text_model", model)
     except (OSError, ValueError, KeyError) as error:
+        if any(words in str(error).lower() for words in _NOT_CONNECTED) and not Path(name).exists():
+            raise LlakeyError(
+                f"Expected policy.text_model on this disk or the Hub within reach, got neither for {name!r}; "
+                f"download it where there is a network (hf download {name}), or name a folder in policy.text_model."
+            ) from error
         raise LlakeyError(
             f"Expected policy.text_model to name a text model with tokenizer on the Hub or in a folder, got {name!r} "
             f"({str(error).splitlines()[0]}); correct it, or set it to null for the encoder that is trained along."

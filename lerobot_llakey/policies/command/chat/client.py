@@ -22,7 +22,7 @@ from lerobot_llakey.policies.command.chat.bounded import Background, bounded_htt
 from lerobot_llakey.policies.command.chat.counts import ChatCounts
 from lerobot_llakey.policies.command.chat.messages import Message
 from lerobot_llakey.policies.command.chat.secrets import repeats
-from lerobot_llakey.policies.command.chat.settings import ChatSettings
+from lerobot_llakey.policies.command.chat.settings import UNNAMED, ChatSettings
 
 log = logging.getLogger(__name__)
 
@@ -74,7 +74,7 @@ class ChatClient:
         self._key = os.environ.get(settings.api_key_env) or NO_KEY
         self._client: Any = openai.AsyncOpenAI(
             api_key=self._key,
-            base_url=base_url,
+            base_url=base_url or None,
             max_retries=settings.max_attempts - 1,
             timeout=settings.timeout_s,
             default_headers={"Accept-Encoding": "identity"},  # a short answer may unpack into a long one
@@ -82,6 +82,7 @@ class ChatClient:
         )
         self._background = Background()
         self._longest = settings.max_attempts * settings.timeout_s + (settings.max_attempts - 1) * LONGEST_WAIT
+        self._unnamed = base_url == UNNAMED
         self._options: dict[str, Any] = {"model": model, settings.max_tokens_field: max_tokens}
         if settings.temperature is not None:
             self._options["temperature"] = settings.temperature
@@ -113,6 +114,12 @@ class ChatClient:
             LlakeyError: if asking again would not help: the server refuses the request, it has never given an answer
                 and cannot be reached or speaks something else, or it has answered nothing for ``GIVE_UP_SECONDS``.
         """
+        if self._unnamed:
+            raise LlakeyError(
+                f"Expected the user to name the server of the chat model {self.model!r}, got a checkpoint that may "
+                "not; give --policy.base_url=... (--policy.command.base_url=... of a hierarchy), such as "
+                "https://api.openai.com/v1."
+            )
         return self._background.result(self._ask_all(conversations))
 
     async def _ask_all(self, conversations: Sequence[Sequence[Message]]) -> list[str]:

@@ -5,7 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from lerobot_llakey.errors import LlakeyError
+from lerobot_llakey.saved.own import users_own
 
+UNNAMED = ""
+"""In place of a server's address: a loaded checkpoint's, until the user gives one."""
 GUIDANCE = ("forms", "known", "none")
 IMAGE_FORMATS = ("png", "jpeg")
 
@@ -13,6 +16,8 @@ IMAGE_FORMATS = ("png", "jpeg")
 @dataclass
 class ChatSettings:
     """How a hosted model is asked, on top of its address and name.
+
+    What names a variable or a dataset is the user's own: saved in a checkpoint it is shown and ignored.
 
     Attributes:
         api_key_env: environment variable that holds the API key. Where it is unset a placeholder is sent, which servers
@@ -31,11 +36,11 @@ class ChatSettings:
         max_parallel: requests under way at once; one request a row of a batch.
     """
 
-    api_key_env: str = "OPENAI_API_KEY"
+    api_key_env: str = users_own("OPENAI_API_KEY")
     guidance: str = "forms"
-    examples: int = 0
-    examples_repo_id: str | None = None
-    examples_root: str | None = None
+    examples: int = users_own(0)
+    examples_repo_id: str | None = users_own(None)
+    examples_root: str | None = users_own(None)
     examples_seed: int = 0
     temperature: float | None = 0.0
     max_tokens_field: str = "max_tokens"
@@ -73,7 +78,7 @@ def check_address(base_url: str | None, model: str | None) -> None:
             "Expected `model` to name the server's model with backend=chat, got none; give for example "
             "--policy.model=gpt-4o."
         )
-    if base_url is None:
+    if not base_url:
         return
     scheme, separator, rest = base_url.partition("://")
     if not separator or scheme not in ("http", "https"):

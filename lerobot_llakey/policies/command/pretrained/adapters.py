@@ -5,7 +5,6 @@ LeRobot wraps a policy in adapters by ``--peft.method_type=LORA --peft.r=...``; 
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Sequence
 from pathlib import Path
@@ -14,10 +13,11 @@ from typing import Any
 from torch import nn
 
 from lerobot_llakey.errors import LlakeyError
+from lerobot_llakey.files import reading
 from lerobot_llakey.policies.command.pretrained.freezing import part_of
-
-ADAPTER = "adapter_config.json"
-"""File that tells an adapter's folder from a whole checkpoint."""
+from lerobot_llakey.policies.command.pretrained.settings import ADAPTER as ADAPTER
+from lerobot_llakey.saved.folder import read_json
+from lerobot_llakey.saved.weights import check_weights
 
 
 def adapter_targets(model: nn.Module, trained: Sequence[str], stop_id: int, method: str = "LORA") -> dict[str, Any]:
@@ -67,10 +67,10 @@ def adapter_base(folder: Path) -> str:
     Raises:
         ValueError: if the adapter does not say.
     """
-    base = json.loads((folder / ADAPTER).read_text()).get("base_model_name_or_path")
-    if not base:
+    base = read_json(folder / ADAPTER, "adapter's settings").get("base_model_name_or_path")
+    if not base or not isinstance(base, str):
         raise LlakeyError(f"Expected {folder / ADAPTER} to name what the adapter was trained on, got no name; add it.")
-    return str(base)
+    return base
 
 
 def merge_adapter(policy: nn.Module, folder: Path) -> Any:
@@ -82,7 +82,12 @@ def merge_adapter(policy: nn.Module, folder: Path) -> Any:
     """
     from peft import PeftModel
 
-    return PeftModel.from_pretrained(policy, str(folder)).merge_and_unload()
+    check_weights(folder / ADAPTER_WEIGHTS)
+    with reading(folder, "adapter"):
+        return PeftModel.from_pretrained(policy, str(folder)).merge_and_unload()
+
+
+ADAPTER_WEIGHTS = "adapter_model.safetensors"
 
 
 class TakesAdapters:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -9,11 +11,11 @@ import torch
 from transformers import AutoConfig, AutoModelForImageTextToText, AutoProcessor, PreTrainedModel
 
 from lerobot_llakey.errors import LlakeyError
+from lerobot_llakey.files import reading
 from lerobot_llakey.policies.command.pretrained.quantization import quantized_loading
+from lerobot_llakey.policies.command.pretrained.settings import ASSETS as ASSETS
 from lerobot_llakey.policies.command.pretrained.stop_token import add_stop_token
-
-ASSETS = "language_model"
-"""Folder inside a checkpoint that rebuilds a pretrained model's architecture and processor."""
+from lerobot_llakey.saved.folder import require_file
 
 _NOT_CONNECTED = ("couldn't connect", "offline", "locate the file on the hub", "max retries", "connection error")
 
@@ -40,14 +42,15 @@ def load_pretrained(
     source = str(path) if path.is_dir() else name
     options = {"dtype": getattr(torch, weights_dtype), **quantized_loading(quantize)}
     try:
-        config = AutoConfig.from_pretrained(source)
+        # Left out, code beside the weights would be asked about on the terminal; it is never run.
+        config = AutoConfig.from_pretrained(source, trust_remote_code=False)
         if type(config) not in AutoModelForImageTextToText._model_mapping:
             raise LlakeyError(
                 f"Expected `model` to take images and text, got {name!r}, a {config.model_type} model that does not; "
                 "name an image-text model."
             )
-        processor = AutoProcessor.from_pretrained(source)
-        model = AutoModelForImageTextToText.from_pretrained(source, **options)
+        processor = AutoProcessor.from_pretrained(source, trust_remote_code=False)
+        model = AutoModelForImageTextToText.from_pretrained(source, trust_remote_code=False, **options)
     except (OSError, ValueError, KeyError, ImportError) as error:
         raise LlakeyError(_reason(name, error)) from error
     if not hasattr(processor, "image_processor"):
@@ -55,6 +58,7 @@ def load_pretrained(
             f"Expected `model` with a processor of images and text, got {name!r} with a {type(processor).__name__}; "
             "save the model's processor beside it."
         )
+    vars(model.config).pop("auto_map", None)  # code that was not run is not passed on either
     add_stop_token(model, processor)
     return model, processor
 
@@ -65,12 +69,46 @@ def build_from_assets(folder: Path, weights_dtype: str = "float32") -> tuple[Pre
     Args:
         folder: what :func:`save_assets` wrote.
         weights_dtype: "float32" or "bfloat16".
+
+    Raises:
+        LlakeyError: if a file is broken, or names code to run.
     """
-    processor = AutoProcessor.from_pretrained(folder)
-    config = AutoConfig.from_pretrained(folder)
-    model = AutoModelForImageTextToText.from_config(config, dtype=getattr(torch, weights_dtype))
-    add_stop_token(model, processor)
+    for file in sorted(folder.rglob("*")):
+        if not file.is_dir():
+            require_file(file)
+        if file.suffix == ".json":
+            refuse_code(file)
+    with reading(folder, "language model of a checkpoint"):
+        processor = AutoProcessor.from_pretrained(folder, trust_remote_code=False, local_files_only=True)
+        config = AutoConfig.from_pretrained(folder, trust_remote_code=False, local_files_only=True)
+        model = AutoModelForImageTextToText.from_config(
+            config, dtype=getattr(torch, weights_dtype), trust_remote_code=False
+        )
+        add_stop_token(model, processor)
     return model, processor
+
+
+def refuse_code(file: Path) -> None:
+    """Refuse a JSON file of a checkpoint that names code: modules beside it, or kernels of the Hub.
+
+    Raises:
+        LlakeyError: naming the file.
+    """
+    with reading(file, "JSON file"):
+        content = json.loads(file.read_text(encoding="utf-8"))
+    if isinstance(content, dict) and (named := _code(content)):
+        raise LlakeyError(
+            f"Expected a language model without code of its own in {file}, got {named}; no code of a checkpoint is run."
+        )
+
+
+def _code(content: Mapping[str, Any]) -> str:
+    for name, value in content.items():
+        if name == "auto_map" or (name.endswith("attn_implementation") and "/" in str(value)):
+            return f"{name} {str(value)[:80]}"
+        if isinstance(value, dict) and name != "model" and (found := _code(value)):  # a tokenizer's vocabulary is large
+            return found
+    return ""
 
 
 def save_assets(folder: Path, model: PreTrainedModel, processor: Any) -> None:
@@ -90,6 +128,8 @@ def _reason(name: str, error: Exception) -> str:
             f"is a network (hf download {name}), or name a folder."
         )
     first = text.splitlines()[0] if text else type(error).__name__
+    if "trust_remote_code" in text or "custom code" in text:
+        return f"Expected a model that needs no code of its own, got {name!r}, which does; use one without."
     if isinstance(error, ImportError):
         return f"Expected the packages that the model {name!r} needs, got a machine without one; install it: {first}"
     return f"Expected `model` to name an image-text model with its processor, got {name!r} ({first}); check the name."

@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 from lerobot_llakey.errors import LlakeyError
+from lerobot_llakey.saved.own import names_weights
 
 PARTS = ("vision", "projector", "language")
 """The parts of an image-text model, as they are named in ``train``."""
+ASSETS = "language_model"
+"""Folder inside a checkpoint that rebuilds a pretrained model's architecture and processor."""
+ADAPTER = "adapter_config.json"
+"""File that tells an adapter's folder from a whole checkpoint."""
 
 
 @dataclass
@@ -33,7 +40,7 @@ class PretrainedModelSettings:
         gradient_checkpointing: compute activations anew in the backward pass: less memory, about a third more time.
     """
 
-    model: str | None = None
+    model: str | None = names_weights(lambda saved, folder: _are_read(saved, folder))
     prompt_format: str | None = None
     processor_settings: dict[str, Any] = field(default_factory=dict)
     train: list[str] | None = None
@@ -63,6 +70,12 @@ class PretrainedModelSettings:
                 f"Expected one of `train` and `freeze_vision`, got train={self.train} and "
                 f"freeze_vision={self.freeze_vision}; leave freeze_vision out."
             )
+        fed = sorted({"text", "images", "videos", "audio"} & set(self.processor_settings))
+        if fed or not _allowed(self.processor_settings):
+            raise LlakeyError(
+                "Expected `processor_settings` of numbers, switches and single words, got "
+                f"{fed or self.processor_settings}; what a processor reads comes from the batch alone."
+            )
         if self.weights_dtype not in ("float32", "bfloat16"):
             raise LlakeyError(
                 f"Expected `weights_dtype` float32 or bfloat16, got {self.weights_dtype!r}; choose one of them."
@@ -76,6 +89,20 @@ class PretrainedModelSettings:
                 "Expected `prompt_format` with the slots {system} and {request}, got "
                 f"{self.prompt_format!r}; write both into it."
             )
+
+
+def _are_read(saved: Mapping[str, Any], folder: Path) -> bool:
+    """Whether a checkpoint's weights come from ``model``: not a server's, not where they stand in the checkpoint."""
+    return saved.get("backend") != "chat" and not (folder / ASSETS).is_dir() and not (folder / ADAPTER).is_file()
+
+
+def _allowed(value: Any) -> bool:
+    """Whether a processor can be told this: numbers and switches, nothing that names a place."""
+    if isinstance(value, dict):
+        return all(_allowed(item) for item in value.values())
+    if isinstance(value, list):
+        return all(_allowed(item) for item in value)
+    return value is None or isinstance(value, (bool, int, float)) or (isinstance(value, str) and value.isidentifier())
 
 
 def _slots(text: str) -> list[str]:

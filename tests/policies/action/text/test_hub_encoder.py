@@ -1,15 +1,18 @@
 """A frozen text model of the Hub: a tiny CLIP on disk, with its tokenizer."""
 
 import json
+import shutil
 from pathlib import Path
 
 import pytest
 import torch
+from lerobot.configs import PreTrainedConfig
 from safetensors import safe_open
 from transformers import CLIPTextConfig, CLIPTextModel, CLIPTokenizer
 
 from fakes_action import observation, small_config
 from lerobot_llakey import schema
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.action.modeling_llakey_action import LlakeyActionPolicy
 from lerobot_llakey.policies.action.text import hub_encoder
 from lerobot_llakey.policies.action.text.hub_encoder import HubTextEncoder
@@ -106,7 +109,13 @@ def test_the_model_is_neither_trained_nor_saved_and_comes_back_by_its_name(clip:
     with safe_open(tmp_path / "model.safetensors", framework="pt") as file:
         assert not [key for key in file.keys() if key.startswith("text.")]  # noqa: SIM118
     assert json.loads((tmp_path / "config.json").read_text())["text_model"] == str(clip)
-    assert torch.equal(LlakeyActionPolicy.from_pretrained(tmp_path).select_action(batch), action)
+    with pytest.raises(
+        ValueError, match=rf"names the place '{clip}'; if it is yours, give --policy\.text_model={clip}"
+    ):
+        LlakeyActionPolicy.from_pretrained(tmp_path)
+    config = PreTrainedConfig.from_pretrained(tmp_path, cli_overrides=[f"--text_model={clip}"])
+    loaded = LlakeyActionPolicy.from_pretrained(tmp_path, config=config)
+    assert torch.equal(loaded.select_action(batch), action)
 
 
 def test_a_published_design_listens_to_it(clip: Path) -> None:
@@ -121,3 +130,26 @@ def test_a_published_design_listens_to_it(clip: Path) -> None:
 def test_an_unknown_name_is_one_sentence(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"policy\.text_model to name a text model .*, or set it to null"):
         HubTextEncoder(str(tmp_path / "nothing"))
+
+
+def test_a_name_that_the_hub_does_not_give_is_said_as_what_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("huggingface_hub.constants.HF_HUB_OFFLINE", True)
+    monkeypatch.setattr("transformers.utils.hub.is_offline_mode", lambda: True)
+    with pytest.raises(LlakeyError, match=r"on this disk or the Hub within reach, got neither for 'nobody/no-model'"):
+        HubTextEncoder("nobody/no-model")
+
+
+def test_code_beside_the_weights_is_refused_without_a_question(
+    clip: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / "clip"
+    shutil.copytree(clip, folder)
+    ran = tmp_path / "ran"
+    (folder / "config.json").write_text(
+        json.dumps({"model_type": "nobody-knows", "auto_map": {"AutoConfig": "code.Own", "AutoModel": "code.Own"}})
+    )
+    (folder / "code.py").write_text(f"open({str(ran)!r}, 'w')\nclass Own: pass\n")
+    monkeypatch.setattr("builtins.input", lambda *_: pytest.fail("asked on the terminal"))
+    with pytest.raises(LlakeyError, match=r"policy\.text_model"):
+        HubTextEncoder(str(folder))
+    assert not ran.exists()

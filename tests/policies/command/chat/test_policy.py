@@ -42,10 +42,10 @@ def test_it_has_no_weights_and_saves_and_loads_as_settings_alone(server, policy,
     assert not list(policy.parameters())
     save(policy, tmp_path)
     assert "model.safetensors" not in {path.name for path in tmp_path.iterdir()}
-    loaded = LlakeyCommandPolicy.from_pretrained(tmp_path)
+    config = PreTrainedConfig.from_pretrained(tmp_path, cli_overrides=[f"--base_url={server.url}"])
+    loaded = LlakeyCommandPolicy.from_pretrained(tmp_path, config=config)
     assert (loaded.config.chat, loaded.config.base_url) == (policy.config.chat, policy.config.base_url)
     assert loaded.next_instructions(batch) == ["grasp the red block"] * 6
-    config = PreTrainedConfig.from_pretrained(tmp_path)
     config.pretrained_path = tmp_path
     again = make_policy(config, ds_meta=keysteps.meta)
     preprocessor, _ = make_pre_post_processors(again.config, pretrained_path=str(tmp_path))
@@ -92,7 +92,8 @@ def test_a_composed_policy_acts_and_keeps_the_last_instruction_when_the_server_f
     LlakeyCommandPolicy(chat_config).save_pretrained(tmp_path / "chat")
     hierarchy = LlakeyPolicy(LlakeyConfig(action=small_config(), commander="task", device="cpu", push_to_hub=False))
     hierarchy.action.save_pretrained(tmp_path / "action")
-    policy = compose(tmp_path / "chat", tmp_path / "action", tmp_path / "llakey")
+    named = LlakeyCommandConfig(backend="chat", model="tiny", base_url=server.url, device="cpu")
+    policy = compose(tmp_path / "chat", tmp_path / "action", tmp_path / "llakey", command=named)
     policy.config.command.chat.max_parallel = 1
     policy.command.chat.settings.max_parallel = 1
     assert policy.select_action(observation).shape == (2, 9)
@@ -103,7 +104,8 @@ def test_a_composed_policy_acts_and_keeps_the_last_instruction_when_the_server_f
     assert policy.command.chat.counts.unanswered == {"status 500": 2}
     assert [row.unparsable for row in policy.supervisors] == [1, 1]
     server.script = [reply()]
-    loaded = LlakeyPolicy.from_pretrained(tmp_path / "llakey")
+    config = LlakeyConfig.from_pretrained(tmp_path / "llakey", cli_overrides=[f"--command.base_url={server.url}"])
+    loaded = LlakeyPolicy.from_pretrained(tmp_path / "llakey", config=config)
     loaded.select_action(observation)
     assert loaded.last_instructions == ["grasp the red block"] * 2
 

@@ -10,6 +10,7 @@ from lerobot.policies.factory import make_policy
 from lerobot.scripts.lerobot_train import train
 
 from fakes_models import TINY, write_tiny
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
 from lerobot_llakey.policies.command.modeling_llakey_command import LlakeyCommandPolicy
 from lerobot_llakey.policies.command.pretrained.adapters import adapter_base, adapter_targets
@@ -141,3 +142,15 @@ def test_an_adapter_that_does_not_say_its_base_is_named(tmp_path):
 def test_a_fresh_small_model_gets_no_adapters(small_config):
     with pytest.raises(ValueError, match="Training from scratch using PEFT"):
         LlakeyCommandPolicy(small_config).wrap_with_peft(peft_cli_overrides={"method_type": "LORA", "r": 4})
+
+
+def test_an_adapter_that_comes_back_to_itself_is_refused(small_config, tmp_path):
+    folders = [tmp_path / name for name in ("one", "other")]
+    small_config.use_peft = True
+    for folder, base in zip(folders, reversed(folders), strict=True):
+        small_config.save_pretrained(folder)
+        (folder / "adapter_config.json").write_text(json.dumps({"base_model_name_or_path": str(base)}))
+    for bases in ([folders[0]], folders):
+        (folders[0] / "adapter_config.json").write_text(json.dumps({"base_model_name_or_path": str(bases[-1])}))
+        with pytest.raises(LlakeyError, match="which goes back to itself"):
+            LlakeyCommandPolicy.from_pretrained(folders[0])

@@ -1,9 +1,13 @@
+import json
+import os
+
 import pytest
 import torch
 from transformers import LlamaConfig, LlamaForCausalLM
 
 from fakes_models import llama_tokenizer, write_tiny
-from lerobot_llakey.policies.command.pretrained.loading import load_pretrained
+from lerobot_llakey.errors import LlakeyError
+from lerobot_llakey.policies.command.pretrained.loading import build_from_assets, load_pretrained, save_assets
 
 
 def test_weights_come_in_the_precision_asked_for(tmp_path):
@@ -56,3 +60,52 @@ def test_a_missing_package_is_named(tmp_path, monkeypatch):
     monkeypatch.setattr("transformers.AutoProcessor.from_pretrained", refuse)
     with pytest.raises(ValueError, match="got a machine without one; install it: Package `num2words` is required"):
         load_pretrained(str(write_tiny("llava", tmp_path)))
+
+
+@pytest.fixture
+def assets(tmp_path):
+    save_assets(tmp_path / "assets", *load_pretrained(str(write_tiny("llava", tmp_path / "llava"))))
+    return tmp_path / "assets"
+
+
+def _told(file, **changes):
+    file.write_text(json.dumps(json.loads(file.read_text()) | changes))
+
+
+@pytest.mark.parametrize(
+    ("name", "changes"),
+    [
+        ("config.json", {"auto_map": {"AutoConfig": "code.Own"}}),
+        ("config.json", {"text_config": {"model_type": "llama", "auto_map": {"AutoConfig": "code.Own"}}}),
+        ("config.json", {"attn_implementation": "somebody/kernels"}),
+        ("tokenizer_config.json", {"auto_map": {"AutoTokenizer": ["code.Own", None]}}),
+    ],
+)
+def test_a_checkpoints_language_model_runs_no_code_and_asks_nothing(assets, monkeypatch, name, changes):
+    monkeypatch.setattr("builtins.input", lambda *_: pytest.fail("asked on the terminal"))
+    (assets / "code.py").write_text("raise SystemExit('ran')")
+    build_from_assets(assets)
+    _told(assets / name, **changes)
+    with pytest.raises(LlakeyError, match=rf"without code of its own in .*{name}"):
+        build_from_assets(assets)
+
+
+def test_a_pretrained_model_that_needs_code_is_refused_without_a_question(tmp_path, monkeypatch):
+    monkeypatch.setattr("builtins.input", lambda *_: pytest.fail("asked on the terminal"))
+    folder = write_tiny("llava", tmp_path)
+    _told(folder / "config.json", model_type="nobody-knows", auto_map={"AutoConfig": "code.Own"})
+    (folder / "code.py").write_text("raise SystemExit('ran')")
+    with pytest.raises(LlakeyError, match="Expected a model that needs no code of its own"):
+        load_pretrained(str(folder))
+
+
+@pytest.mark.parametrize("name", ["config.json", "tokenizer.json", "processor_config.json"])
+def test_a_broken_file_of_a_checkpoints_language_model_is_one_sentence(assets, name):
+    file = assets / name
+    file.write_bytes(file.read_bytes()[:-20])
+    with pytest.raises(LlakeyError, match=r"assets"):
+        build_from_assets(assets)
+    file.unlink()
+    os.mkfifo(file)
+    with pytest.raises(LlakeyError, match=rf"{name}, got a named pipe"):
+        build_from_assets(assets)
