@@ -33,7 +33,7 @@ def _with(value: float) -> Callable[[Tensor], Tensor]:
         (_with(float("nan")), "got NaN or infinity in {}"),
         (_with(float("inf")), "got NaN or infinity in {}"),
         (torch.zeros_like, "got nothing but zeros in {}"),
-        (lambda weights: weights[:-1].contiguous(), "got {} of shape"),
+        (lambda weights: weights[:-1].contiguous(), "kind: {} of shape"),
         (lambda weights: weights.to(torch.int8), "got {} of int8 where the policy has float32"),
         (lambda weights: weights > 0, "got {} of bool where the policy has float32"),
         (None, "1 missing"),
