@@ -72,7 +72,8 @@ def check_weights(file: Path, fresh: Mapping[str, Tensor] | None = None) -> None
 def _wrong(name: str, value: Tensor, fresh: Tensor | None) -> str:
     """What is wrong with a tensor; empty where nothing is."""
     if fresh is not None and value.shape != fresh.shape:
-        return f"a checkpoint of another kind: {name} of shape {tuple(value.shape)} where the settings say {tuple(fresh.shape)}"
+        shapes = f"{tuple(value.shape)} where the settings say {tuple(fresh.shape)}"
+        return f"a checkpoint of another kind: {name} of shape {shapes}"
     floating = value.is_floating_point()
     if fresh is not None and floating != fresh.is_floating_point():
         return f"{name} of {_kind(value)} where the policy has {_kind(fresh)}"
