@@ -9,7 +9,6 @@ from lerobot.policies.pretrained import PreTrainedPolicy
 from safetensors.torch import load_file, save_file
 
 from lerobot_llakey import instructions, schema
-from lerobot_llakey.policies.hierarchy import modeling_llakey
 from lerobot_llakey.policies.hierarchy.commanders.corrections import Corrections
 from lerobot_llakey.policies.hierarchy.modeling_llakey import LlakeyPolicy
 
@@ -232,9 +231,9 @@ def test_a_checkpoint_on_the_hub_is_fetched_whole(saved: Path, monkeypatch) -> N
         asked.append((repo_id, options))
         return str(saved)
 
-    monkeypatch.setattr(modeling_llakey, "snapshot_download", snapshot_download)
+    monkeypatch.setattr("lerobot_llakey.saved.folder.snapshot_download", snapshot_download)
     loaded = LlakeyPolicy.from_pretrained("someone/llakey", revision="v1")
-    assert asked == [("someone/llakey", {"revision": "v1"})]
+    assert [(name, options["revision"]) for name, options in asked] == [("someone/llakey", "v1")]
     assert _same(loaded, LlakeyPolicy.from_pretrained(saved))
 
 
