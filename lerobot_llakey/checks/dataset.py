@@ -1,0 +1,149 @@
+"""One check of a dataset's columns, before the first training step and for ``llakey check``."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Collection, Iterable, Iterator
+from dataclasses import asdict, dataclass, is_dataclass
+from pathlib import Path
+from typing import Any
+
+from lerobot_llakey import schema
+from lerobot_llakey.checks.calibration import check_extrinsics, check_intrinsics, check_views
+from lerobot_llakey.checks.columns import MOST_ROWS, Columns, read_columns
+from lerobot_llakey.checks.finding import Finding
+from lerobot_llakey.checks.foreign_files import refuse_paths_outside
+from lerobot_llakey.checks.labels import check_labels
+from lerobot_llakey.checks.metadata import cameras_of, check_cameras, check_pictures_notes, check_shapes, sizes_of
+from lerobot_llakey.checks.numbers import check_action, check_finite, check_state, check_weights
+from lerobot_llakey.checks.order import check_keyframes, check_order, is_dense
+from lerobot_llakey.checks.texts import check_instructions, check_tasks
+from lerobot_llakey.errors import LlakeyError
+
+_CHECKED = "_llakey_checked"
+GEOMETRY = (schema.INTRINSICS, schema.EXTRINSICS)
+
+
+@dataclass(frozen=True)
+class Needs:
+    """What of a dataset is read.
+
+    Attributes:
+        columns: names of features; what is wrong with others does not matter.
+        cameras: whose pictures are read, in the policy's order; None for the dataset's own.
+        depth: whether depth is read, and with it the calibration.
+        workspace: bounds in metres of keyframes.
+        weight_key: of the samples' weights.
+    """
+
+    columns: frozenset[str]
+    cameras: tuple[str, ...] | None = None
+    depth: bool = True
+    workspace: schema.Workspace = schema.WORKSPACE
+    weight_key: str = schema.SAMPLE_WEIGHT
+
+
+def needs_all(features: Collection[str], workspace: schema.Workspace = schema.WORKSPACE) -> Needs:
+    """Everything that a dataset holds."""
+    return Needs(frozenset({*features, schema.TASK}), workspace=workspace)
+
+
+def find(meta: Any, needs: Needs, most: int = MOST_ROWS) -> list[Finding]:
+    """All that is wrong with the columns of a dataset, each fault once.
+
+    Args:
+        meta: a ``LeRobotDatasetMetadata`` whose files are on this disk.
+        needs: what is read of it.
+        most: rows to look at; of a larger dataset, files at equal distances.
+
+    Raises:
+        LlakeyError: if a file cannot be read, or names others.
+    """
+    root, features = Path(meta.root), meta.features
+    refuse_paths_outside(root, _as_mapping(meta.info))
+    found = list(_of_metadata(meta, needs))
+    broken = {finding.column for finding in found if finding.expected.startswith(("one matrix", "15 num", "9 num"))}
+    readable = {key: feature for key, feature in features.items() if key not in broken}
+    for columns in read_columns(root, readable, most):
+        found += _of_columns(columns, needs, features)
+    once: dict[tuple[str, str], Finding] = {}
+    for finding in found:
+        once.setdefault(finding.kind, finding)
+    return sorted(once.values(), key=lambda finding: not finding.certain)
+
+
+def check_dataset(meta: Any, needs: Needs) -> None:
+    """Refuse a dataset that cannot be trained on; log what is likely wrong.
+
+    A dataset that is not on this disk (a streamed one) is left to the checks of batches.
+
+    Args:
+        meta: a ``LeRobotDatasetMetadata``; one that has passed with the same needs is not read again.
+        needs: what the policy reads.
+
+    Raises:
+        LlakeyError: naming the dataset, the column, the row and what it holds.
+    """
+    root = getattr(meta, "root", None)
+    if root is None or not (Path(root) / "data").is_dir():
+        return
+    passed = meta.__dict__.setdefault(_CHECKED, set())
+    if needs in passed:
+        return
+    name = str(getattr(meta, "repo_id", root))
+    say(find(meta, needs), name)
+    passed.add(needs)
+
+
+def say(findings: Iterable[Finding], name: str) -> None:
+    """Log warnings and raise the first refusal.
+
+    Raises:
+        LlakeyError: if there is one.
+    """
+    refused = [finding for finding in findings if finding.certain]
+    for finding in findings:
+        if not finding.certain:
+            logging.warning(finding.sentence(name))
+    if refused:
+        more = f" (and {len(refused) - 1} other faults; llakey check lists them)" if len(refused) > 1 else ""
+        raise LlakeyError(refused[0].sentence(name) + more)
+
+
+def _of_metadata(meta: Any, needs: Needs) -> Iterator[Finding]:
+    features = meta.features
+    yield from check_shapes(features, needs.columns)
+    cameras = list(needs.cameras or cameras_of(features))
+    cameras = [camera for camera in cameras if schema.image_key(camera) in features]
+    if needs.depth:
+        yield from check_cameras(features, needs.cameras)
+    for depth in {False, needs.depth}:
+        yield from check_pictures_notes(features, getattr(meta, "stats", None), cameras, depth=depth)
+    if schema.TASK in needs.columns and getattr(meta, "tasks", None) is not None:
+        yield from check_tasks([str(task) for task in meta.tasks.index])
+
+
+def _of_columns(columns: Columns, needs: Needs, features: Any) -> Iterator[Finding]:
+    yield from check_order(columns)
+    yield from check_finite(columns, needs.columns)
+    reads_state, reads_action = schema.STATE in needs.columns, schema.ACTION in needs.columns
+    if reads_state:
+        yield from check_state(columns, needs.workspace)
+    if reads_action:
+        yield from check_action(columns, needs.workspace)
+    yield from check_weights(columns, needs.weight_key)
+    yield from check_instructions(columns, needs.columns)
+    dense = is_dense(columns)
+    yield from check_keyframes(columns, dense)
+    if reads_state and reads_action:
+        yield from check_labels(columns, dense)
+    cameras = cameras_of(features)
+    if needs.depth and all(key in columns and columns[key].shape[1] == len(cameras) for key in GEOMETRY):
+        sizes = sizes_of(features, cameras)
+        yield from check_intrinsics(columns, cameras, sizes)
+        yield from check_extrinsics(columns, cameras)
+        yield from check_views(columns, cameras, sizes)
+
+
+def _as_mapping(info: Any) -> Any:
+    return asdict(info) if is_dataclass(info) and not isinstance(info, type) else info

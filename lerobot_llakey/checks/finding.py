@@ -1,0 +1,36 @@
+"""What is wrong with a dataset, said in one sentence."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that is wrong, or that is likely to be.
+
+    Attributes:
+        column: where it is.
+        expected: what should be there.
+        got: what is there.
+        advice: what to do.
+        place: the first row in which it is seen.
+        certain: whether training on it is refused; a warning otherwise.
+    """
+
+    column: str
+    expected: str
+    got: str
+    advice: str
+    place: str = ""
+    certain: bool = True
+
+    def sentence(self, dataset: str) -> str:
+        """The finding as an error or a warning says it."""
+        place = f" at {self.place}" if self.place else ""
+        return f"Expected {self.expected} in {self.column} of {dataset}, got {self.got}{place}; {self.advice}."
+
+    @property
+    def kind(self) -> tuple[str, str]:
+        """What two findings of the same fault share."""
+        return self.column, self.expected

@@ -1,0 +1,66 @@
+"""Words that a policy can be taught, and that can be carried out later."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Collection, Iterator
+
+import numpy as np
+
+from lerobot_llakey import schema
+from lerobot_llakey.checks.columns import Columns
+from lerobot_llakey.checks.finding import Finding
+from lerobot_llakey.instructions import is_parsable
+
+LONGEST_TASK = 1000
+_CONTROL = re.compile(r"<\|?[\w/ ]{1,40}\|?>|\[/?INST\]")
+"""What language models read as a command and not as words: stop tokens, image tokens, turns of a chat."""
+_SHOWN = 3
+
+
+def check_instructions(columns: Columns, reads: Collection[str]) -> Iterator[Finding]:
+    """Instructions are there, of the grammar of basic actions, and no commands to a language model."""
+    for key in (schema.INSTRUCTION, schema.PREVIOUS_INSTRUCTION):
+        if key not in columns or key not in reads:
+            continue
+        texts = columns[key]
+        missing = np.array([text is None for text in texts], dtype=bool)
+        if missing.any():
+            yield Finding(key, "a text in every row", "none", "annotate these rows", columns.place(missing))
+        counts = Counter(str(text) for text in texts if text is not None)
+        for expected, advice, wrong in _faults(counts, schema.TEXT_LENGTH, optional=key != schema.INSTRUCTION):
+            marks = np.array([text in wrong for text in texts], dtype=bool)
+            yield Finding(key, expected, _listed(wrong), advice, columns.place(marks))
+
+
+def check_tasks(tasks: Collection[str]) -> Iterator[Finding]:
+    """Skill instructions are words."""
+    counts = Counter(str(task) for task in tasks)
+    empty = [task for task in counts if not task.strip()]
+    if empty:
+        yield Finding(schema.TASK, "words", "an empty text", "name the task in meta/tasks.parquet")
+    for expected, advice, wrong in _faults(counts, LONGEST_TASK, optional=True, grammar=False):
+        yield Finding(schema.TASK, expected, _listed(wrong), advice)
+
+
+def _faults(
+    texts: Collection[str], longest: int, *, optional: bool, grammar: bool = True
+) -> Iterator[tuple[str, str, list[str]]]:
+    """What is wrong with texts: what was expected, what to do, and the texts."""
+    long = [text for text in texts if len(text) > longest]
+    if long:
+        yield f"at most {longest} characters", "shorten them", long
+    short = [text for text in texts if len(text) <= longest]
+    control = [text for text in short if _CONTROL.search(text)]
+    if control:
+        yield "plain words without tokens of a language model", "leave these out", control
+    known = [text for text in short if text not in control]
+    wrong = [text for text in known if not is_parsable(text) and (text.strip() or not optional)]
+    if grammar and wrong:
+        yield "basic actions such as 'grasp the red block'", "reword them, see instructions.TEMPLATES", wrong
+
+
+def _listed(texts: list[str]) -> str:
+    shown = ", ".join(repr(text if len(text) <= 80 else f"{text[:77]}...") for text in texts[:_SHOWN])
+    return shown + (f" and {len(texts) - _SHOWN} others" if len(texts) > _SHOWN else "")
