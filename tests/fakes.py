@@ -101,6 +101,12 @@ def fake_action(position: np.ndarray, gripper_open: bool, yaw: float = 0.0) -> n
     return np.concatenate((position, geometry.top_down(yaw), tail)).astype(np.float32)
 
 
+def _at(state: np.ndarray, reached: Sequence[np.ndarray]) -> np.ndarray:
+    """The state (15,) of a hand that has reached these actions (9,), and stays at the last one."""
+    last = reached[-1][: schema.GRIPPER + 1] if reached else state[: schema.GRIPPER + 1]
+    return np.concatenate((last, state[schema.GRIPPER + 1 :])).astype(np.float32)
+
+
 def fake_keysteps(
     root: str | Path,
     episodes: int = 2,
@@ -142,7 +148,9 @@ def fake_keysteps(
             segment = int(index >= keyframes[0])
             is_keyframe = index in keyframes
             previous = steps[0][0] if index == keyframes[0] else "" if index == 0 else steps[segment][0]
+            reached = [action for (_, action), keyframe in zip(steps, keyframes, strict=True) if keyframe <= index]
             frame = dict(scene) | {
+                schema.STATE: _at(scene[schema.STATE], reached),
                 # It stands at the start and at keyframes.
                 schema.VELOCITY: np.full(schema.VELOCITY_DIM, 0.0 if is_keyframe or index == 0 else 0.3, np.float32),
                 schema.ACTION: steps[segment][1],

@@ -94,6 +94,8 @@ def check_pictures_notes(
             advice = 'set "info": {"is_depth_map": true, "depth_unit": "mm"} in meta/info.json'
             yield Finding(key, "depth that is noted as such", "no is_depth_map", advice)
         for name in [key] if depth else [schema.image_key(camera)]:
+            if name not in features:
+                continue
             low, high = (_extreme(stats, name, which) for which in ("min", "max"))
             if low is None or high is None or not np.isfinite((low, high)).all():
                 continue

@@ -33,17 +33,13 @@ def check_finite(columns: Columns, reads: Collection[str]) -> Iterator[Finding]:
             yield Finding(key, "finite numbers", f"{worst}", "correct or drop these rows", columns.place(wrong))
 
 
-def check_state(columns: Columns, workspace: schema.Workspace) -> Iterator[Finding]:
+def check_state(columns: Columns, workspace: schema.Workspace | None) -> Iterator[Finding]:
     """Hand, gripper and joints of the state are in their units."""
     if schema.STATE not in columns:
         return
     key, state = schema.STATE, columns[schema.STATE]
     position = state[:, schema.POSITION]
-    low, high = np.array(workspace, dtype=np.float64).T
-    far = np.maximum(low - position, position - high).max(axis=1) > _NEAR
-    if far.any():
-        advice = "convert millimetres or centimetres, or check which numbers are the position"
-        yield Finding(key, "the hand's position in metres", _told(position[far][0]), advice, columns.place(far))
+    yield from _far(columns, key, position, workspace or schema.WORKSPACE)
     yield from _no_place(columns, key, position)
     yield from _unit(columns, key, state[:, schema.QUATERNION])
     opening = state[:, schema.GRIPPER]
@@ -60,19 +56,22 @@ def check_state(columns: Columns, workspace: schema.Workspace) -> Iterator[Findi
             return
 
 
-def check_action(columns: Columns, workspace: schema.Workspace) -> Iterator[Finding]:
+def check_action(columns: Columns, workspace: schema.Workspace | None) -> Iterator[Finding]:
     """Targets lie in the workspace, with a rotation and flags that are some."""
     if schema.ACTION not in columns:
         return
     key, action = schema.ACTION, columns[schema.ACTION]
     position = action[:, schema.POSITION]
-    low, high = np.array(workspace, dtype=np.float64).T
-    # In the data's own precision: a bound is excluded above, as the policy has it.
-    outside = np.isfinite(position).all(axis=1) & ~((position >= low) & (position < high)).all(axis=1)
-    if outside.any():
-        expected = f"keyframes in metres inside the workspace {[list(bounds) for bounds in workspace]}"
-        advice = "convert their unit or widen policy.workspace"
-        yield Finding(key, expected, _told(position[outside][0]), advice, columns.place(outside))
+    if workspace is None:
+        yield from _far(columns, key, position, schema.WORKSPACE)
+    else:
+        low, high = np.array(workspace, dtype=np.float64).T
+        # A bound is excluded above, as the policy has it.
+        outside = np.isfinite(position).all(axis=1) & ~((position >= low) & (position < high)).all(axis=1)
+        if outside.any():
+            expected = f"keyframes in metres inside the workspace {[list(bounds) for bounds in workspace]}"
+            advice = "convert their unit or widen policy.workspace"
+            yield Finding(key, expected, _told(position[outside][0]), advice, columns.place(outside))
     yield from _no_place(columns, key, position)
     yield from _unit(columns, key, action[:, schema.QUATERNION])
     flags = action[:, [schema.GRIPPER, schema.IGNORE_COLLISION]]
@@ -93,6 +92,14 @@ def check_weights(columns: Columns, key: str) -> Iterator[Finding]:
         yield Finding(key, "weights of 0 or more", f"{weights[wrong][0]:g}", "correct it", columns.place(wrong))
     if len(weights) and (weights == 0).all():
         yield Finding(key, "a sample that counts", "weights of 0 alone", "correct the weights or drop the column")
+
+
+def _far(columns: Columns, key: str, position: np.ndarray, workspace: schema.Workspace) -> Iterator[Finding]:
+    low, high = np.array(workspace, dtype=np.float64).T
+    far = np.maximum(low - position, position - high).max(axis=1) > _NEAR
+    if far.any():
+        advice = "convert millimetres or centimetres, or check which numbers are the position"
+        yield Finding(key, "the hand's position in metres", _told(position[far][0]), advice, columns.place(far))
 
 
 def _unit(columns: Columns, key: str, quaternion: np.ndarray) -> Iterator[Finding]:

@@ -8,15 +8,9 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from fakes import fake_keysteps
 from lerobot_llakey import schema
 from lerobot_llakey.checks.foreign_files import refuse_paths_outside
 from lerobot_llakey.errors import LlakeyError, MissingFileError
-
-
-@pytest.fixture(scope="module")
-def sound(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return fake_keysteps(tmp_path_factory.mktemp("foreign") / "sound", episodes=1, frames=2, image_size=32).root
 
 
 @pytest.fixture

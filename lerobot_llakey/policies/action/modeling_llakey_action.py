@@ -20,6 +20,7 @@ from lerobot_llakey.policies.action.batch.proprioception import (
     read_proprioception,
 )
 from lerobot_llakey.policies.action.configuration_llakey_action import LlakeyActionConfig
+from lerobot_llakey.policies.action.dataset_needs import check_training_dataset
 from lerobot_llakey.policies.action.designs import DESIGNS, make_pose_head, make_text_encoder
 from lerobot_llakey.policies.action.heads.losses import (
     flag_loss,
@@ -77,7 +78,7 @@ class LlakeyActionPolicy(CheckedWeights, PreTrainedPolicy):
         config.validate_features()
         config.narrow_features()
         if dataset_meta is not None:
-            config.validate_instructions(dataset_meta.features)
+            check_training_dataset(config, dataset_meta)
         self.design = DESIGNS[config.design]
         felt = proprioception_width(config)
         self.register_buffer("workspace", torch.tensor(config.workspace, dtype=torch.float32), persistent=False)

@@ -18,11 +18,13 @@ from torch import Tensor
 from torch.nn import functional
 
 from lerobot_llakey import schema
+from lerobot_llakey.checks.dataset import check_dataset
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.batch import check_actions, check_loss, check_poses, weighted
 from lerobot_llakey.policies.command.chat.backend import ChatBackend
 from lerobot_llakey.policies.command.checkpoints import CommandCheckpoints
 from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
+from lerobot_llakey.policies.command.dataset_needs import dataset_needs
 from lerobot_llakey.policies.command.decoding.answer import Answer, count_unparsable
 from lerobot_llakey.policies.command.decoding.choice import GREEDY, Choice
 from lerobot_llakey.policies.command.decoding.decode import decode_answers
@@ -86,6 +88,8 @@ class LlakeyCommandPolicy(CommandCheckpoints, CheckedWeights, TakesAdapters, Pre
         if config.tells_state:
             config.input_features[schema.STATE] = PolicyFeature(FeatureType.STATE, (schema.STATE_DIM,))
         if dataset_meta is not None:
+            if config.backend == "local":
+                check_dataset(dataset_meta, dataset_needs(config))
             self._learn_texts(dataset_meta)
         self._rng = np.random.default_rng(0)
         self.answered = self.unparsable = self.held = 0

@@ -19,6 +19,7 @@ from lerobot_llakey.policies.command.pretrained.loading import ASSETS, save_asse
 from lerobot_llakey.policies.hierarchy.commanders.build import build_commander
 from lerobot_llakey.policies.hierarchy.commanders.commander import Commander
 from lerobot_llakey.policies.hierarchy.configuration_llakey import LlakeyConfig
+from lerobot_llakey.policies.hierarchy.dataset_needs import check_training_dataset
 from lerobot_llakey.policies.hierarchy.loop import Loop
 from lerobot_llakey.policies.hierarchy.parts import load_part, parameter_groups
 from lerobot_llakey.policies.hierarchy.publishing import PublishedPolicy
@@ -63,6 +64,7 @@ class LlakeyPolicy(CheckedWeights, PublishedPolicy):
             part.device = config.device
             part.input_features = part.input_features or dict(config.input_features or {})
             part.output_features = part.output_features or dict(config.output_features or {})
+        check_training_dataset(config, dataset_meta)
         self.command: LlakeyCommandPolicy | None = None
         if config.has_command and config.command_path is None:
             self.command = LlakeyCommandPolicy(config.command, **context, assets_dir=assets_dir)
@@ -70,6 +72,7 @@ class LlakeyPolicy(CheckedWeights, PublishedPolicy):
         if config.action_path is None:
             self.action = LlakeyActionPolicy(config.action, **context)
         self._load_parts()
+        check_training_dataset(config, dataset_meta)  # parts that were loaded may read other columns
         self.reset()
 
     def _load_parts(self) -> None:

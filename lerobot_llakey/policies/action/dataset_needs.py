@@ -1,0 +1,39 @@
+"""What of a dataset trains the action policy, and its check."""
+
+from __future__ import annotations
+
+from typing import Any, cast
+
+from lerobot_llakey import schema
+from lerobot_llakey.checks.dataset import Needs, check_dataset
+from lerobot_llakey.policies.action.configuration_llakey_action import LlakeyActionConfig
+
+
+def dataset_needs(config: LlakeyActionConfig) -> Needs:
+    """The columns that these settings read, cameras with depth among them."""
+    columns = {schema.INTRINSICS, schema.EXTRINSICS, schema.ACTION, config.weight_key}
+    columns |= {schema.STATE} if config.use_state else set()
+    columns |= {schema.STEP} if config.use_timestep else set()
+    columns |= {schema.TASK} if config.condition_on != "instruction" else set()
+    columns |= {schema.INSTRUCTION} if config.condition_on != "task" else set()
+    bounds: Any = tuple((float(low), float(high)) for low, high in config.workspace)
+    return Needs(
+        frozenset(columns),
+        cameras=tuple(config.cameras),
+        workspace=cast(schema.Workspace, bounds),
+        weight_key=config.weight_key,
+    )
+
+
+def check_training_dataset(config: LlakeyActionConfig, meta: Any) -> None:
+    """Refuse a dataset that cannot train the policy.
+
+    Args:
+        config: the policy's settings.
+        meta: a ``LeRobotDatasetMetadata``.
+
+    Raises:
+        ValueError: if a column is missing or wrong, see :mod:`lerobot_llakey.checks.dataset`.
+    """
+    config.validate_instructions(meta.features)
+    check_dataset(meta, dataset_needs(config))
