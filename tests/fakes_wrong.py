@@ -138,7 +138,7 @@ WRONG: dict[str, tuple[str, Change]] = {
     "instruction empty": (schema.INSTRUCTION, _put(schema.INSTRUCTION, 2, "")),
     "instruction outside the grammar": (schema.INSTRUCTION, _with(schema.INSTRUCTION, _texts("do the dishes"))),
     "instruction of another script": (schema.INSTRUCTION, _with(schema.INSTRUCTION, _texts("抓住红色方块"))),
-    "instruction of 10,000 characters": (schema.INSTRUCTION, _with(schema.INSTRUCTION, _texts("grasp the " + "a" * 10000))),
+    "instruction of 10,000 characters": (schema.INSTRUCTION, _with(schema.INSTRUCTION, _texts("a" * 10000))),
     "instruction with the stop token": (schema.INSTRUCTION, _put(schema.INSTRUCTION, 2, "grasp the cup <next goal>")),
     "previous instruction with an image": (
         schema.PREVIOUS_INSTRUCTION,

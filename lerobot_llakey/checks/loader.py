@@ -25,7 +25,7 @@ def loaded_datasets(meta: Any) -> list[Any]:
     same metadata.
     """
     kinds = (LeRobotDataset, StreamingLeRobotDataset)
-    # By type and not by isinstance, which would ask objects of lazy libraries for their class.
+    # By type and not by isinstance, which is slow over a million objects and asks lazy ones for their class.
     return [
         thing for thing in gc.get_objects() if issubclass(type(thing), kinds) and thing.__dict__.get("meta") is meta
     ]
