@@ -44,7 +44,7 @@ def test_a_wrong_dataset_is_refused_with_its_column(
 ) -> None:
     column, change = WRONG[name]
     meta = meta_of(wrong_dataset(sound, tmp_path / "wrong", change))
-    with pytest.raises(LlakeyError, match="^Expected .* got .*; ") as refusal:
+    with pytest.raises(LlakeyError, match=r"^Expected .* got .*; ") as refusal:
         check_dataset(meta, needs_all(meta.features))
     refused = {finding.column for finding in find(meta, needs_all(meta.features)) if finding.certain}
     assert column in refused, str(refusal.value)
