@@ -124,7 +124,7 @@ def test_a_run_stopped_while_merging_loses_nothing(
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr("lerobot_llakey.datasets.parts.merge", interrupted)
+        patch.setattr("lerobot_llakey.datasets.parts.merge_into", interrupted)
         with pytest.raises(KeyboardInterrupt):
             collect(settings, targets, num_workers=1, progress=lambda *_: None)
     again: list[int] = []
