@@ -155,8 +155,8 @@ def _explanation(sample: Sample, number: int) -> tuple[str, float]:
     tried: dict[str, np.ndarray] = {}
     for name, change in _DEPTH_READINGS.items():
         tried[f"its depth is {name}"] = gripper_found(change(depth), intrinsics, extrinsics, sample.states)
-    for name, other in readings(extrinsics.astype(float)).items():
-        tried[f"its extrinsics are {name}"] = gripper_found(depth, intrinsics, other, sample.states)
+    for name, matrices in readings(extrinsics.astype(float)).items():
+        tried[f"its extrinsics are {name}"] = gripper_found(depth, intrinsics, matrices, sample.states)
     halved = intrinsics.copy()
     halved[:, (0, 1), (0, 1)] /= 2
     tried["its focal length is half of that"] = gripper_found(depth, halved, extrinsics, sample.states)
@@ -164,9 +164,9 @@ def _explanation(sample: Sample, number: int) -> tuple[str, float]:
     still = np.ptp(sample.extrinsics, axis=0).max(axis=(1, 2)) < _NEAR
     for place, other in enumerate(sample.cameras):
         if place != number and still[place]:
-            matrices = sample.intrinsics[:, place], sample.extrinsics[:, place]
-            tried[f"it is camera {other}"] = gripper_found(depth, *matrices, sample.states)
-    shares = {name: found.mean() for name, found in tried.items() if len(found) >= _FEWEST}
+            found = gripper_found(depth, sample.intrinsics[:, place], sample.extrinsics[:, place], sample.states)
+            tried[f"it is camera {other}"] = found
+    shares = {name: hits.mean() for name, hits in tried.items() if len(hits) >= _FEWEST}
     best = max(shares, key=lambda name: shares[name], default="")
     return best, float(shares.get(best, 0.0))
 
