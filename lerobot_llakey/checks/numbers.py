@@ -75,7 +75,7 @@ def check_action(columns: Columns, workspace: schema.Workspace | None) -> Iterat
     yield from _no_place(columns, key, position)
     yield from _unit(columns, key, action[:, schema.QUATERNION])
     flags = action[:, [schema.GRIPPER, schema.IGNORE_COLLISION]]
-    wrong: np.ndarray = ((flags < 0) | (flags > 1)).any(axis=1)
+    wrong = np.any((flags < 0) | (flags > 1), axis=1)
     if wrong.any():
         advice = "write 1 for open and for touching, else 0"
         yield Finding(key, "flags from 0 to 1 for the gripper and for collisions", _told(flags[wrong][0]), advice,
