@@ -10,7 +10,6 @@ from lerobot_llakey.sim.robot import panda_spec
 
 TIMESTEP = 0.004
 _TABLE_COLOURS = ((0.56, 0.45, 0.33), (0.62, 0.55, 0.45), (0.50, 0.43, 0.37), (0.66, 0.62, 0.55))
-_OFFSCREEN = (960, 1280)
 
 
 def base_spec(detailed: bool = False) -> mujoco.MjSpec:
@@ -27,8 +26,8 @@ def base_spec(detailed: bool = False) -> mujoco.MjSpec:
     option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     option.impratio = 10
     option.noslip_iterations = 3
-    spec.visual.quality.offsamples = 0
-    spec.visual.global_.offheight, spec.visual.global_.offwidth = _OFFSCREEN
+    # Shadows are never drawn, and their map of 4096 x 4096 would take 64 MB a camera size.
+    spec.visual.quality.offsamples, spec.visual.quality.shadowsize = 0, 0
     spec.visual.map.znear, spec.visual.map.zfar = 0.02, 8.0
     spec.stat.extent = 1.0
     spec.stat.center = (0.4, 0.0, 0.2)
