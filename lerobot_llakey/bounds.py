@@ -6,6 +6,7 @@ import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from numbers import Integral, Real
 from typing import Any
 
 from lerobot_llakey.errors import LlakeyError
@@ -24,7 +25,7 @@ def require_number(name: str, value: float, low: float = -math.inf, high: float 
     Raises:
         LlakeyError: if the number makes no sense.
     """
-    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    is_number = isinstance(value, Real) and not isinstance(value, bool)
     inside = is_number and math.isfinite(value) and low <= value <= high
     if inside and not ("low" in open and value == low) and not ("high" in open and value == high):
         return
@@ -44,7 +45,7 @@ def require_count(name: str, value: int, low: int = 0, high: int | None = None) 
         LlakeyError: if the number makes no sense.
     """
     top = math.inf if high is None else high
-    if isinstance(value, int) and not isinstance(value, bool) and low <= value <= top:
+    if isinstance(value, Integral) and not isinstance(value, bool) and low <= value <= top:
         return
     raise LlakeyError(f"Expected {name} to be a whole number{_range(low, top)}, got {value!r}; correct it.")
 

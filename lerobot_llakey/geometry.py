@@ -85,9 +85,12 @@ def canonical_quaternion(quaternion: np.ndarray) -> np.ndarray:
     quaternion = np.asarray(quaternion, dtype=np.float64)
     if quaternion.shape != (4,) or not np.isfinite(quaternion).all():
         raise LlakeyError(f"Expected a quaternion of 4 finite numbers (xyzw), got {quaternion}; check the pose.")
+    largest = np.abs(quaternion).max()
+    if largest > 1e100:  # its square would be infinite
+        quaternion = quaternion / largest
     length = np.linalg.norm(quaternion)
     if length < 1e-6:
-        raise LlakeyError("Expected a quaternion of non-zero length, got zeros; check the pose.")
+        raise LlakeyError(f"Expected a quaternion of non-zero length (xyzw), got {quaternion}; check the pose.")
     quaternion = quaternion / length
     return -quaternion if quaternion[3] < 0 else quaternion
 

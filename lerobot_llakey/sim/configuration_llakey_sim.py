@@ -12,7 +12,10 @@ from lerobot.envs.configs import EnvConfig
 from lerobot.envs.utils import _LazyAsyncVectorEnv, freeze_after_episode_end
 
 from lerobot_llakey import schema
+from lerobot_llakey.bounds import require_count
 from lerobot_llakey.errors import LlakeyError
+from lerobot_llakey.sim.processes import share_imports
+from lerobot_llakey.sim.settings import check_settings
 
 SUITE = "llakey_sim"
 
@@ -37,7 +40,7 @@ class LlakeySimConfig(EnvConfig):
         features_map: names of the features in LeRobot's observations.
 
     Raises:
-        ValueError: if a setting is out of range, or several tasks are to share a policy between threads.
+        LlakeyError: if a setting is unknown or out of range, or several tasks are to share a policy between threads.
     """
 
     task: str | None = "all"
@@ -53,19 +56,23 @@ class LlakeySimConfig(EnvConfig):
     features_map: dict[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        if self.max_parallel_tasks > 1:
+        if self.max_parallel_tasks != 1:
             raise LlakeyError(
-                f"Expected max_parallel_tasks=1, got {self.max_parallel_tasks}: the tasks would share "
+                f"Expected env.max_parallel_tasks=1, got {self.max_parallel_tasks!r}: several tasks would share "
                 "one policy's state between threads; raise eval.batch_size instead."
             )
-        if self.split not in schema.SEED_RANGES:
-            raise LlakeyError(
-                f"Expected a split out of {sorted(schema.SEED_RANGES)}, got {self.split!r}; set env.split."
-            )
-        if self.image_size < 16 or self.episode_length < 1:
-            raise LlakeyError(
-                f"Expected image_size >= 16 and episode_length >= 1, got {self.image_size} and {self.episode_length}."
-            )
+        check_settings(
+            "env.",
+            self.task,
+            self.split,
+            self.image_size,
+            self.episode_length,
+            self.oracle_instructions,
+            self.render_size,
+            self.fps,
+            self.detailed,
+            self.disturbance,
+        )
         size = self.image_size
         self.features = {
             schema.ACTION: PolicyFeature(FeatureType.ACTION, (schema.ACTION_DIM,)),
@@ -98,8 +105,9 @@ class LlakeySimConfig(EnvConfig):
         Each task is a suite of its own, so that lerobot-eval reports it by name.
 
         Raises:
-            ValueError: if a task is unknown.
+            LlakeyError: if there is to be less than one copy.
         """
+        require_count("eval.batch_size", n_envs, 1)
         # MuJoCo is needed from here on only, so that policies load without it.
         from lerobot_llakey.sim.env import LlakeySimEnv
         from lerobot_llakey.sim.tasks import parse_tasks
@@ -108,6 +116,7 @@ class LlakeySimConfig(EnvConfig):
         for task in parse_tasks(self.task or ""):
             makers = [functools.partial(LlakeySimEnv, task, **self.gym_kwargs) for _ in range(n_envs)]
             if use_async_envs and n_envs > 1:
+                share_imports()
                 probe = makers[0]()
                 vector = _LazyAsyncVectorEnv(makers, probe.observation_space, probe.action_space, probe.metadata)
             else:

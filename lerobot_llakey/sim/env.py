@@ -2,23 +2,28 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Mapping
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
-from gymnasium import spaces
 
 from lerobot_llakey import schema
+from lerobot_llakey.bounds import require_count, require_number
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.geometry import Pose
 from lerobot_llakey.sim.cameras import RGBD, CameraRig
-from lerobot_llakey.sim.disturbances import check_disturbance
 from lerobot_llakey.sim.planning import PlanningError
+from lerobot_llakey.sim.settings import check_settings
+from lerobot_llakey.sim.spaces import action_space, checked_action, observation_space
 from lerobot_llakey.sim.tasks import make_task
 from lerobot_llakey.sim.world import World
 
+_LOG = logging.getLogger(__name__)
 _HALF = 0.5
+_OPTIONS = ("variation", "lerobot_")
+"""Beginnings of what may stand in the options of a reset; LeRobot adds its own."""
 
 
 class LlakeySimEnv(gym.Env):
@@ -44,7 +49,7 @@ class LlakeySimEnv(gym.Env):
             or ``imprecise``; none where empty.
 
     Raises:
-        ValueError: if the task, the split or the disturbance is unknown.
+        LlakeyError: if a setting is unknown or out of range.
     """
 
     def __init__(
@@ -59,8 +64,18 @@ class LlakeySimEnv(gym.Env):
         detailed: bool = False,
         disturbance: str = "",
     ) -> None:
-        schema.scene_seed(split, 0)
-        check_disturbance(disturbance)
+        check_settings(
+            "",
+            task,
+            split,
+            image_size,
+            episode_length,
+            oracle_instructions,
+            render_size,
+            render_fps,
+            detailed,
+            disturbance,
+        )
         self._task = make_task(task)
         self.task, self.split = self._task.name, split
         self.render_mode = "rgb_array"
@@ -73,9 +88,10 @@ class LlakeySimEnv(gym.Env):
         self._rig: CameraRig | None = None
         self._pictures: Mapping[str, RGBD] = {}
         self._elapsed = 0
+        self._is_running = False
         self._on_frame: Callable[[np.ndarray], None] | None = None
-        self.observation_space = _observation_space(image_size, oracle_instructions)
-        self.action_space = spaces.Box(-2.0, 2.0, (schema.ACTION_DIM,), np.float32)
+        self.observation_space = observation_space(image_size, oracle_instructions)
+        self.action_space = action_space()
 
     @property
     def task_description(self) -> str:
@@ -104,58 +120,88 @@ class LlakeySimEnv(gym.Env):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Start the episode of a seed within the split; ``options["variation"]`` asks for a variation."""
+        """Start the episode of a seed within the split; ``options["variation"]`` asks for a variation.
+
+        Raises:
+            LlakeyError: if the seed or the variation is out of range, or an option unknown.
+        """
+        count = len(schema.SEED_RANGES[self.split])
+        if seed is not None:
+            require_count("the seed", seed, 0, count - 1)
+        asked = dict(options or {})
+        if unknown := [name for name in asked if not str(name).startswith(_OPTIONS)]:
+            raise LlakeyError(f"Expected no option but 'variation', got {unknown}; correct the options of reset().")
         super().reset(seed=seed)
-        index = int(self.np_random.integers(len(schema.SEED_RANGES[self.split]))) if seed is None else seed
+        index = int(self.np_random.integers(count)) if seed is None else int(seed)
         self.world.observe(None)
-        seed, variation = schema.scene_seed(self.split, index), (options or {}).get("variation")
-        self.world.reset(seed, variation, self.disturbance or None)
+        self._is_running = False
+        self.world.reset(schema.scene_seed(self.split, index), asked.get("variation"), self.disturbance or None)
         self._watch()
-        self._elapsed = 0
+        self._elapsed, self._is_running = 0, True
         return self._observation(), self._info(bool(self._task.success(self.world)), "")
 
     def step(self, action: np.ndarray) -> tuple[dict[str, Any], float, bool, bool, dict[str, Any]]:
         """Carry out one keyframe action (9,).
 
         Raises:
-            ValueError: if the action has another shape, is not finite or has a zero quaternion.
+            LlakeyError: if it is no action: another shape, not finite, a zero quaternion, a flag far from 0 and 1; or
+                if no episode has been begun.
         """
-        action = np.asarray(action, dtype=np.float64)
-        if action.shape != (schema.ACTION_DIM,) or not np.isfinite(action).all():
-            raise LlakeyError(
-                f"Expected an action of {schema.ACTION_DIM} finite numbers ({', '.join(schema.ACTION_NAMES)}), "
-                f"got {action}; check the policy's output."
-            )
+        self._require_episode("step()")
+        action = checked_action(action)
         target = Pose(action[schema.POSITION], action[schema.QUATERNION])
         failure = ""
         try:
             self.world.act(target, bool(action[schema.GRIPPER] > _HALF), bool(action[schema.IGNORE_COLLISION] > _HALF))
         except PlanningError as error:
             failure = error.reason
+        if warnings := self.world.warnings():
+            _LOG.warning("Physics of %s, seed %d, went wrong: %s.", self.task, self.world.seed, ", ".join(warnings))
         self._elapsed += 1
         success = bool(self._task.success(self.world))
         truncated = self._elapsed >= self._max_episode_steps and not success
         return self._observation(), float(success), success, truncated, self._info(success, failure)
 
     def render(self) -> np.ndarray:
-        """(height, width, 3) uint8 picture for people."""
+        """(height, width, 3) uint8 picture for people.
+
+        Raises:
+            LlakeyError: if no episode has been begun.
+        """
+        self._require_episode("render()")
         return self.rig.render_for_people(self.world.data, *self._render_size)
 
     def watch(self, on_frame: Callable[[np.ndarray], None] | None, fps: float = 25.0) -> None:
-        """Hand every simulated frame (height, width, 3) at ``fps`` to a callback from now on; None stops it."""
+        """Hand every simulated frame (height, width, 3) at ``fps`` to a callback from now on; None stops it.
+
+        Raises:
+            LlakeyError: if the rate is not above 0.
+        """
+        require_number("the frames a second to watch", fps, 0, open="low")
         self._on_frame, self._watch_fps = on_frame, fps
         if self._world is not None:
             self._watch()
 
     def oracle_instruction(self) -> str:
-        """The expert's instruction from the present state; empty when it has nothing left to do."""
+        """The expert's instruction from the present state; empty when it has nothing left to do.
+
+        Raises:
+            LlakeyError: if no episode has been begun.
+        """
+        self._require_episode("oracle_instruction()")
         waypoints = self._task.plan(self.world)
         return waypoints[0].instruction if waypoints else ""
 
     def close(self) -> None:
+        """Free the scene and its OpenGL contexts; another reset makes them anew."""
         if self._rig is not None:
             self._rig.close()
         self._rig = self._world = None
+        self._is_running = False
+
+    def _require_episode(self, call: str) -> None:
+        if not self._is_running:
+            raise LlakeyError(f"Expected reset() before {call}, got no episode (none begun, or closed); call reset().")
 
     def _watch(self) -> None:
         callback = self._on_frame
@@ -189,24 +235,3 @@ class LlakeySimEnv(gym.Env):
             "sequence": int(self._task.sequence),
             "disturbed": self.world.disturbance is not None and self.world.disturbance.struck,
         }
-
-
-def _observation_space(size: int, oracle_instructions: bool) -> spaces.Dict:
-    count = len(schema.CAMERAS)
-    space: dict[str, spaces.Space] = {
-        "pixels": spaces.Dict({camera: spaces.Box(0, 255, (size, size, 3), np.uint8) for camera in schema.CAMERAS}),
-        "agent_pos": _unbounded(schema.STATE_DIM),
-        "velocity": _unbounded(schema.VELOCITY_DIM),
-        "step": _unbounded(1),
-        "camera_intrinsics": _unbounded(count, 3, 3),
-        "camera_extrinsics": _unbounded(count, 4, 4),
-    }
-    for camera in schema.CAMERAS:
-        space[f"images.{camera}_depth"] = spaces.Box(0.0, np.inf, (1, size, size), np.float32)
-    if oracle_instructions:
-        space["oracle_instruction"] = _unbounded(schema.TEXT_LENGTH)
-    return spaces.Dict(space)
-
-
-def _unbounded(*shape: int) -> spaces.Box:
-    return spaces.Box(-np.inf, np.inf, shape, np.float32)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -80,6 +81,9 @@ class Planner:
         Raises:
             PlanningError: if the pose is out of reach, or every path tried collides.
         """
+        # Before any sample is planned: a straight line to far away would hold a sample every 3 cm.
+        if math.hypot(*target.position) > self.robot.longest_reach:
+            raise PlanningError("unreachable")
         held = tuple(held)
         self._snapshot(data)
         start = self.robot.joints(data)

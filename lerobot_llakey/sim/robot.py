@@ -149,6 +149,15 @@ class Robot:
         self.open_target = FINGER_TRAVEL
         self.geoms = np.flatnonzero(model.body_rootid[model.geom_bodyid] == root)
 
+    @property
+    def longest_reach(self) -> float:
+        """Metres from the base beyond which the tool centre point cannot be: the length of all links in a row."""
+        length, body = float(np.linalg.norm(self.model.site_pos[self.tcp])), int(self.model.site_bodyid[self.tcp])
+        while body:
+            length += float(np.linalg.norm(self.model.body_pos[body]))
+            body = int(self.model.body_parentid[body])
+        return length
+
     def tcp_pose(self, data: mujoco.MjData) -> Pose:
         return site_pose(data, self.tcp)
 

@@ -2,12 +2,33 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import ArrayLike
 
+from lerobot_llakey.errors import LlakeyError
+
 _DRAWS = 200
+_ROUNDS = 1000
 
 Range = tuple[float, float]
+
+
+def draw_until_it_fits[Layout](draw: Callable[[], Layout | None], what: str) -> Layout:
+    """The first draw that fits, so that a seed always gives the same one.
+
+    Args:
+        draw: draws once; None where it does not fit.
+        what: is drawn, in words.
+
+    Raises:
+        LlakeyError: if none of 1,000 draws fits.
+    """
+    for _ in range(_ROUNDS):
+        if (layout := draw()) is not None:
+            return layout
+    raise LlakeyError(f"Expected room for {what}, got none in {_ROUNDS} draws; choose another seed.")
 
 
 def three_spots(

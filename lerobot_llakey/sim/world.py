@@ -10,7 +10,7 @@ from contextlib import contextmanager
 import mujoco
 import numpy as np
 
-from lerobot_llakey.errors import LlakeyError
+from lerobot_llakey.bounds import require_count
 from lerobot_llakey.geometry import Pose
 from lerobot_llakey.sim.disturbances import Disturbance, make_disturbance
 from lerobot_llakey.sim.kinematics import Kinematics
@@ -67,8 +67,8 @@ class World:
             ValueError: if the variation is out of range, or the disturbance unknown.
         """
         count = self.task.variations
-        if variation is not None and not 0 <= variation < count:
-            raise LlakeyError(f"Expected a variation of {self.task.name} in [0, {count}), got {variation}; change it.")
+        if variation is not None:
+            require_count(f"the variation of {self.task.name}", variation, 0, count - 1)
         self.seed = seed
         self.rng = np.random.default_rng(seed)
         # The name as well: one seed stands for a scene of each task, and their events are not to strike in step.
@@ -80,7 +80,7 @@ class World:
         mujoco.mj_resetData(self.model, self.data)
         vary_look(self.model, self.rng)
         self.robot.set_joints(self.data, HOME_JOINTS)
-        self.task.reset(self, drawn if variation is None else variation)
+        self.task.reset(self, drawn if variation is None else int(variation))
         mujoco.mj_forward(self.model, self.data)
         self._steps = 0
         self.advance(_SETTLE_SECONDS)
@@ -128,6 +128,16 @@ class World:
         self._steps += 1
         if self._observer is not None and self._steps % self._observer_steps == 0:
             self._observer()
+
+    def warnings(self) -> list[str]:
+        """What MuJoCo has found wrong since it was last asked: it goes on from a reset state, or with less contacts."""
+        found = [name for name, kind in mujoco.mjtWarning.__members__.items() if self._warned(kind)]
+        for kind in range(mujoco.mjtWarning.mjNWARNING):
+            self.data.warning[kind].number = 0
+        return found
+
+    def _warned(self, kind: mujoco.mjtWarning) -> bool:
+        return int(kind) < mujoco.mjtWarning.mjNWARNING and self.data.warning[int(kind)].number > 0
 
     # What tasks ask.
 

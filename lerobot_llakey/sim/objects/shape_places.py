@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 from lerobot_llakey.geometry import Pose
 from lerobot_llakey.sim.objects.shape_sorter import HALF_SIZE, PLATE_TOP
 from lerobot_llakey.sim.objects.shapes import HEIGHT, SHAPES
+from lerobot_llakey.sim.spots import draw_until_it_fits
 
 _SORTER_X, _SORTER_Y, _HEADING = (0.42, 0.58), (-0.24, 0.24), np.deg2rad(25)
 _X, _Y, _REACH = (0.32, 0.66), (-0.33, 0.33), (0.42, 0.70)
@@ -22,16 +23,24 @@ _FINGERS = np.array([(x, side * y, 0.009) for x in (-0.011, 0.011) for y in (0.0
 
 
 def layout(rng: np.random.Generator) -> tuple[Pose, np.ndarray]:
-    """Pose of the sorter and (5, 2) places of the shapes around it, with room for the hand at each."""
-    while True:
-        centre = (rng.uniform(*_SORTER_X), rng.uniform(*_SORTER_Y), 0.0)
-        sorter = Pose(np.array(centre), Rotation.from_euler("z", rng.uniform(-_HEADING, _HEADING)).as_quat())
-        spots = np.empty((0, 2))
-        for spot in np.column_stack((rng.uniform(*_X, 200), rng.uniform(*_Y, 200))):
-            if _is_free(spot, spots, sorter):
-                spots = np.vstack((spots, spot))
-            if len(spots) == len(SHAPES):
-                return sorter, rng.permutation(spots)
+    """Pose of the sorter and (5, 2) places of the shapes around it, with room for the hand at each.
+
+    Raises:
+        LlakeyError: if no draw leaves room for all.
+    """
+    return draw_until_it_fits(lambda: _draw_layout(rng), "a sorter and its shapes")
+
+
+def _draw_layout(rng: np.random.Generator) -> tuple[Pose, np.ndarray] | None:
+    centre = (rng.uniform(*_SORTER_X), rng.uniform(*_SORTER_Y), 0.0)
+    sorter = Pose(np.array(centre), Rotation.from_euler("z", rng.uniform(-_HEADING, _HEADING)).as_quat())
+    spots = np.empty((0, 2))
+    for spot in np.column_stack((rng.uniform(*_X, 200), rng.uniform(*_Y, 200))):
+        if _is_free(spot, spots, sorter):
+            spots = np.vstack((spots, spot))
+        if len(spots) == len(SHAPES):
+            return sorter, rng.permutation(spots)
+    return None
 
 
 def free_spots(near: np.ndarray, others: np.ndarray, sorter: Pose) -> np.ndarray:

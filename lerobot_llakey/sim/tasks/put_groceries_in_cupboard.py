@@ -13,6 +13,7 @@ from lerobot_llakey.instructions import instruct
 from lerobot_llakey.sim.grip import hand_yaw
 from lerobot_llakey.sim.meshes import add_mesh
 from lerobot_llakey.sim.objects.groceries import GOODS, Good, add_good
+from lerobot_llakey.sim.spots import draw_until_it_fits
 from lerobot_llakey.sim.tasks.base import Task, Waypoint
 from lerobot_llakey.sim.tasks.waiting import waits_before
 
@@ -197,16 +198,20 @@ def _stand(world: World, good: Good, spot: tuple[float, float, float], yaw: floa
 
 def _spots(rng: np.random.Generator, cupboard: Pose) -> np.ndarray:
     """(_SHOWN, 2) places of the goods, added one by one and begun again where one finds no room."""
-    while True:
-        spots: list[np.ndarray] = []
-        for _ in range(200):
-            spot = np.array((rng.uniform(*_X), rng.uniform(*_Y)))
-            x, y, _ = cupboard.inverse().apply(np.array((*spot, 0.0)))
-            clear = x < -_FRONT_GAP or abs(y) > _SIDE_GAP
-            if clear and _REACH[0] < np.hypot(*spot) < _REACH[1] and all(np.hypot(*(spot - s)) > _GAP for s in spots):
-                spots.append(spot)
-            if len(spots) == _SHOWN:
-                return rng.permutation(np.array(spots))
+    return draw_until_it_fits(lambda: _draw_spots(rng, cupboard), "a cupboard and its groceries")
+
+
+def _draw_spots(rng: np.random.Generator, cupboard: Pose) -> np.ndarray | None:
+    spots: list[np.ndarray] = []
+    for _ in range(200):
+        spot = np.array((rng.uniform(*_X), rng.uniform(*_Y)))
+        x, y, _ = cupboard.inverse().apply(np.array((*spot, 0.0)))
+        clear = x < -_FRONT_GAP or abs(y) > _SIDE_GAP
+        if clear and _REACH[0] < np.hypot(*spot) < _REACH[1] and all(np.hypot(*(spot - s)) > _GAP for s in spots):
+            spots.append(spot)
+        if len(spots) == _SHOWN:
+            return rng.permutation(np.array(spots))
+    return None
 
 
 def _add_cupboard(spec: mujoco.MjSpec) -> None:

@@ -1,0 +1,74 @@
+"""What goes into the environment and comes out of it: Gymnasium's spaces, and the check of an action."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+
+from lerobot_llakey import schema
+from lerobot_llakey.errors import LlakeyError
+
+_BOUND = 2.0
+"""Bound of an action's numbers; a position beyond it is out of reach, a flag beyond it is none."""
+
+
+def checked_action(action: Any) -> np.ndarray:
+    """An action as (9,) float64.
+
+    A pose out of reach is an action all the same: a step without motion.
+
+    Raises:
+        LlakeyError: if it is no action: another shape or kind, not finite, a flag far from 0 and 1.
+    """
+    wanted = f"an action of {schema.ACTION_DIM} finite numbers ({', '.join(schema.ACTION_NAMES)})"
+    try:
+        numbers = np.asarray(action)
+    except (ValueError, TypeError, RuntimeError) as error:  # lists of unequal lengths, tensors on a GPU
+        raise LlakeyError(f"Expected {wanted}, got what is no array ({error}); check the policy's output.") from error
+    if numbers.shape != (schema.ACTION_DIM,) or numbers.dtype.kind not in "fiu":
+        came = f"{numbers.dtype} of shape {numbers.shape}"
+        raise LlakeyError(f"Expected {wanted}, got {came}; check the policy's output.")
+    numbers = numbers.astype(np.float64)
+    if not np.isfinite(numbers).all():
+        raise LlakeyError(f"Expected {wanted}, got {numbers}; check the policy's output.")
+    for column in (schema.GRIPPER, schema.IGNORE_COLLISION):
+        if abs(numbers[column]) > _BOUND:
+            raise LlakeyError(
+                f"Expected {schema.ACTION_NAMES[column]} to be 0 or 1, or between, got {numbers[column]:g}; "
+                "check the units of the policy's output."
+            )
+    return numbers
+
+
+def action_space() -> spaces.Box:
+    """Of keyframe actions (9,)."""
+    return spaces.Box(-_BOUND, _BOUND, (schema.ACTION_DIM,), np.float32)
+
+
+def observation_space(size: int, oracle_instructions: bool) -> spaces.Dict:
+    """Of observations.
+
+    Args:
+        size: height and width in pixels of the cameras.
+        oracle_instructions: whether they hold the expert's instruction.
+    """
+    count = len(schema.CAMERAS)
+    space: dict[str, spaces.Space] = {
+        "pixels": spaces.Dict({camera: spaces.Box(0, 255, (size, size, 3), np.uint8) for camera in schema.CAMERAS}),
+        "agent_pos": _unbounded(schema.STATE_DIM),
+        "velocity": _unbounded(schema.VELOCITY_DIM),
+        "step": _unbounded(1),
+        "camera_intrinsics": _unbounded(count, 3, 3),
+        "camera_extrinsics": _unbounded(count, 4, 4),
+    }
+    for camera in schema.CAMERAS:
+        space[f"images.{camera}_depth"] = spaces.Box(0.0, np.inf, (1, size, size), np.float32)
+    if oracle_instructions:
+        space["oracle_instruction"] = _unbounded(schema.TEXT_LENGTH)
+    return spaces.Dict(space)
+
+
+def _unbounded(*shape: int) -> spaces.Box:
+    return spaces.Box(-np.inf, np.inf, shape, np.float32)
