@@ -65,3 +65,13 @@ def test_unproject_inverts_projection() -> None:
     v, u = np.mgrid[:height, :width]
     assert np.allclose(pixels, np.stack((u, v), axis=-1) + 0.5)
     assert np.allclose(local[..., 2], depth.numpy())
+
+
+@pytest.mark.parametrize("length", [1e-5, 1e120, 1e155, 1.7e308])
+def test_quaternions_of_any_length_are_brought_to_one(length: float) -> None:
+    assert np.allclose(canonical_quaternion(np.array((0.6, 0.0, 0.0, -0.8)) * length), (-0.6, 0.0, 0.0, 0.8))
+
+
+def test_a_quaternion_without_length_is_named() -> None:
+    with pytest.raises(ValueError, match="1.e-20"):
+        canonical_quaternion(np.array((0.0, 0.0, 1e-20, 0.0)))

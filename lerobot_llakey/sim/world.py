@@ -131,13 +131,10 @@ class World:
 
     def warnings(self) -> list[str]:
         """What MuJoCo has found wrong since it was last asked: it goes on from a reset state, or with less contacts."""
-        found = [name for name, kind in mujoco.mjtWarning.__members__.items() if self._warned(kind)]
-        for kind in range(mujoco.mjtWarning.mjNWARNING):
-            self.data.warning[kind].number = 0
+        counts = self.data.warning.number
+        found = [mujoco.mjtWarning(int(kind)).name.removeprefix("mjWARN_") for kind in np.flatnonzero(counts)]
+        counts[:] = 0
         return found
-
-    def _warned(self, kind: mujoco.mjtWarning) -> bool:
-        return int(kind) < mujoco.mjtWarning.mjNWARNING and self.data.warning[int(kind)].number > 0
 
     # What tasks ask.
 

@@ -1,7 +1,11 @@
 """Pictures, depth and calibration belong together."""
 
+from typing import Any
+
 import cv2
+import mujoco
 import numpy as np
+import pytest
 import torch
 
 from lerobot_llakey import schema
@@ -40,3 +44,21 @@ def test_people_see_a_larger_picture(drawer_world: World) -> None:
     assert cv2.Laplacian(picture, cv2.CV_64F).std() > 1
     rig.close()
     assert np.array_equal(rig.render_for_people(drawer_world.data, 120, 160), picture)
+
+
+def test_a_rig_keeps_no_buffers_that_it_does_not_draw_in(drawer_world: World, monkeypatch: pytest.MonkeyPatch) -> None:
+    made: list[tuple[int, int, int, int]] = []
+
+    class Contexts(mujoco.MjrContext):
+        def __init__(self, *arguments: Any) -> None:
+            super().__init__(*arguments)
+            made.append((self.offHeight, self.offWidth, self.shadowSize, self.offSamples))
+
+    monkeypatch.setattr(mujoco, "MjrContext", Contexts)
+    drawer_world.reset(0)
+    rig = CameraRig(drawer_world.model, 64)
+    rig.render_all(drawer_world.data)
+    rig.render_for_people(drawer_world.data, 120, 160)
+    assert made == [(64, 64, 0, 0), (120, 160, 0, 0)]
+    assert not drawer_world.warnings(), "all geoms have room in the drawing"
+    rig.close()

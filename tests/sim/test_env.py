@@ -1,6 +1,7 @@
 """The environment as LeRobot meets it."""
 
 import itertools
+from typing import Any
 
 import gymnasium as gym
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 from lerobot.envs.utils import NEW_ROLLOUT_OPTION, preprocess_observation
 
 from lerobot_llakey import schema
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.sim.configuration_llakey_sim import LlakeySimConfig
 from lerobot_llakey.sim.env import LlakeySimEnv
 
@@ -61,15 +63,115 @@ def test_the_robot_stands_when_it_is_asked(env: LlakeySimEnv) -> None:
     assert preprocess_observation(dict(observation))[schema.VELOCITY].shape[-1] == schema.VELOCITY_DIM
 
 
+_STAY = (0.4, 0.0, 0.3, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0)
+
+
+def _changed(column: int, value: float) -> np.ndarray:
+    action = np.array(_STAY)
+    action[column] = value
+    return action
+
+
 @pytest.mark.parametrize(
     "action",
-    [np.zeros(8), np.full(9, np.nan), np.array([0.4, 0, 0.3, 0, 0, 0, 0, 1, 0])],
-    ids=["shape", "nan", "zero quaternion"],
+    [
+        np.zeros(8),
+        np.zeros((1, 9)),
+        np.full(9, np.nan),
+        _changed(0, np.inf),
+        np.array([0.4, 0, 0.3, 0, 0, 0, 0, 1, 0]),
+        np.array([0.4, 0, 0.3, 0, 0, 0, 1e-20, 1, 0]),
+        _changed(schema.GRIPPER, 255.0),
+        _changed(schema.GRIPPER, np.nan),
+        _changed(schema.IGNORE_COLLISION, -100.0),
+        np.array(_STAY, dtype=complex),
+        np.array(_STAY, dtype=str),
+        [[1.0], [2.0, 3.0]],
+        None,
+    ],
 )
-def test_bad_actions_are_refused(env: LlakeySimEnv, action: np.ndarray) -> None:
+def test_what_is_no_action_is_refused(env: LlakeySimEnv, action: Any) -> None:
     env.reset(seed=1)
-    with pytest.raises(ValueError, match="Expected"):
+    with pytest.raises(LlakeyError, match="Expected .*, got .*;"):
         env.step(action)
+
+
+@pytest.mark.parametrize("far", [1e5, -1e7, 1e17, 1e300, 1.7e308])
+@pytest.mark.parametrize("disturbance", ["", "imprecise", "drop"])
+def test_far_poses_are_unreachable_without_a_single_planned_sample(
+    env: LlakeySimEnv, far: float, disturbance: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(env, "disturbance", disturbance)
+    env.reset(seed=1)
+    solved: list[None] = []
+    monkeypatch.setattr(env.world.kinematics, "solve", lambda *_, **__: solved.append(None))
+    for column in range(3):
+        *_, info = env.step(_changed(column, far))
+        assert info["failure"] == "unreachable" and not info["moved"]
+    assert not solved
+
+
+@pytest.mark.parametrize("length", [1e-3, 100.0, 1e155, 1.7e308])
+def test_quaternions_of_any_length_say_the_same(env: LlakeySimEnv, length: float) -> None:
+    states = []
+    for scale in (1.0, length):
+        env.reset(seed=1)
+        action = np.array(_STAY)
+        action[schema.QUATERNION] *= scale
+        observation, *_, info = env.step(action)
+        assert info["moved"]
+        states.append(observation["agent_pos"])
+    assert np.allclose(*states, atol=1e-5)
+
+
+def test_an_episode_has_to_be_begun() -> None:
+    env = LlakeySimEnv("open_drawer", image_size=48)
+    calls = (lambda: env.step(np.array(_STAY)), env.render, env.oracle_instruction)
+    for call in calls:
+        with pytest.raises(LlakeyError, match=r"Expected reset\(\) before"):
+            call()
+    env.reset(seed=0)
+    env.step(np.array(_STAY))
+    env.close()
+    for call in calls:
+        with pytest.raises(LlakeyError, match=r"Expected reset\(\) before"):
+            call()
+    env.reset(seed=0)
+    assert env.step(np.array(_STAY))[-1]["moved"]
+
+
+@pytest.mark.parametrize("seed", [-1, 100_000_000, 10**30, 1.5, "3", True])
+def test_seeds_out_of_range_are_refused(env: LlakeySimEnv, seed: Any) -> None:
+    with pytest.raises(LlakeyError, match="Expected the seed to be a whole number"):
+        env.reset(seed=seed)
+
+
+@pytest.mark.parametrize("variation", [-1, 99, 1.5, "1"])
+def test_variations_out_of_range_are_refused(env: LlakeySimEnv, variation: Any) -> None:
+    with pytest.raises(LlakeyError, match="Expected the variation of open_drawer"):
+        env.reset(seed=0, options={"variation": variation})
+
+
+def test_options_are_known(env: LlakeySimEnv) -> None:
+    env.reset(seed=np.int64(0), options={"variation": np.int64(1), NEW_ROLLOUT_OPTION: True})
+    with pytest.raises(LlakeyError, match="'variaton'"):
+        env.reset(seed=0, options={"variaton": 1})
+
+
+def test_unstable_physics_are_told(env: LlakeySimEnv, caplog: pytest.LogCaptureFixture) -> None:
+    env.reset(seed=0)
+    env.world.data.qpos[0] = np.nan
+    env.step(np.array(_STAY))
+    assert "BADQPOS" in caplog.text
+    caplog.clear()
+    env.step(np.array(_STAY))
+    assert not caplog.text
+
+
+@pytest.mark.parametrize("fps", [0, -1.0, float("nan")])
+def test_a_rate_of_watching_is_above_zero(env: LlakeySimEnv, fps: float) -> None:
+    with pytest.raises(LlakeyError, match="frames a second"):
+        env.watch(lambda _: None, fps=fps)
 
 
 def test_episodes_are_cut_off() -> None:

@@ -51,3 +51,13 @@ def test_only_the_detailed_model_carries_visual_meshes(arm: tuple) -> None:
     assert len(ARM_JOINTS) == 7
     assert not (arm[0].geom_group == VISUAL_GROUP).any()
     assert (panda_spec(detailed=True).compile().geom_group == VISUAL_GROUP).any()
+
+
+def test_no_posture_reaches_farther_than_the_longest_reach(arm: tuple) -> None:
+    model, data, robot = arm
+    rng, farthest = np.random.default_rng(0), 0.0
+    for _ in range(500):
+        robot.set_joints(data, rng.uniform(*robot.limits.T))
+        mujoco.mj_kinematics(model, data)
+        farthest = max(farthest, float(np.linalg.norm(robot.tcp_pose(data).position)))
+    assert 0.7 * robot.longest_reach < farthest < robot.longest_reach < 1.5

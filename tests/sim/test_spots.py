@@ -1,8 +1,12 @@
 """Places on the table."""
 
-import numpy as np
+import itertools
 
-from lerobot_llakey.sim.spots import three_spots
+import numpy as np
+import pytest
+
+from lerobot_llakey.errors import LlakeyError
+from lerobot_llakey.sim.spots import draw_until_it_fits, three_spots
 
 FALLBACK = ((0.5, 0.2), (0.5, 0.0), (0.5, -0.2))
 
@@ -22,3 +26,11 @@ def test_spots_keep_their_gaps_and_reach() -> None:
 def test_where_nothing_fits_the_given_places_are_taken() -> None:
     spots = three_spots(np.random.default_rng(0), (0.3, 0.6), (-0.3, 0.3), (0.4, 0.65), (9, 9, 9), FALLBACK)
     assert sorted(map(tuple, spots)) == sorted(FALLBACK)
+
+
+def test_drawing_ends() -> None:
+    assert draw_until_it_fits(iter((None, None, "fits", "late")).__next__, "a thing") == "fits"
+    drawn = itertools.count()
+    with pytest.raises(LlakeyError, match="Expected room for a thing, got none"):
+        draw_until_it_fits(lambda: None if next(drawn) >= 0 else "never", "a thing")
+    assert next(drawn) < 10_000

@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.geometry import Pose, top_down
+from lerobot_llakey.sim.objects import shape_places
 from lerobot_llakey.sim.objects.shape_places import free_spots, has_room, layout, over_sorter
 
 SORTER = Pose(np.array((0.5, 0.0, 0.0)))
@@ -36,3 +38,9 @@ def test_free_spots_begin_at_the_point_itself_where_it_is_free() -> None:
     spots = free_spots(np.array((0.5, 0.05)), np.array(((0.5, 0.2),)), SORTER)
     assert (np.linalg.norm(spots - (0.5, 0.2), axis=1) > 0.1).all()
     assert not any(over_sorter(np.array((*spot, 0.0)), SORTER) for spot in spots)
+
+
+def test_a_table_without_room_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(shape_places, "_is_free", lambda *_: False)
+    with pytest.raises(LlakeyError, match="Expected room for a sorter and its shapes"):
+        layout(np.random.default_rng(0))
