@@ -73,5 +73,5 @@ def test_quaternions_of_any_length_are_brought_to_one(length: float) -> None:
 
 
 def test_a_quaternion_without_length_is_named() -> None:
-    with pytest.raises(ValueError, match="1.e-20"):
+    with pytest.raises(ValueError, match=r"1\.e-20"):
         canonical_quaternion(np.array((0.0, 0.0, 1e-20, 0.0)))

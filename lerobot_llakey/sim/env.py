@@ -131,7 +131,7 @@ class LlakeySimEnv(gym.Env):
         asked = dict(options or {})
         if unknown := [name for name in asked if not str(name).startswith(_OPTIONS)]:
             raise LlakeyError(f"Expected no option but 'variation', got {unknown}; correct the options of reset().")
-        super().reset(seed=seed)
+        super().reset(seed=None if seed is None else int(seed))
         index = int(self.np_random.integers(count)) if seed is None else int(seed)
         self.world.observe(None)
         self._is_running = False

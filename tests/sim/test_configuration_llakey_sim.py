@@ -32,11 +32,11 @@ def test_bad_settings_are_told() -> None:
         LlakeySimConfig(max_parallel_tasks=2)
     with pytest.raises(ValueError, match="Expected a split"):
         LlakeySimConfig(split="holdout")
-    with pytest.raises(ValueError, match="Expected env.image_size"):
+    with pytest.raises(ValueError, match=r"Expected env\.image_size"):
         LlakeySimConfig(image_size=4)
     with pytest.raises(ValueError, match="Expected tasks"):
         LlakeySimConfig(task="fold_laundry")
-    with pytest.raises(ValueError, match=r"eval.batch_size"):
+    with pytest.raises(ValueError, match=r"eval\.batch_size"):
         LlakeySimConfig(task="open_drawer").create_envs(0)
 
 

@@ -23,10 +23,10 @@ _WRONG = [
 
 @pytest.mark.parametrize(("name", "value"), _WRONG)
 def test_wrong_settings_are_refused(name: str, value: Any) -> None:
-    with pytest.raises(LlakeyError, match="Expected .*, got .*;"):
+    with pytest.raises(LlakeyError, match=r"Expected .*, got .*;"):
         LlakeySimConfig(**{name: value})
     argument = {"fps": "render_fps"}.get(name, name)
-    with pytest.raises(LlakeyError, match="Expected .*, got .*;"):
+    with pytest.raises(LlakeyError, match=r"Expected .*, got .*;"):
         LlakeySimEnv(**{"task": "open_drawer", argument: value})
 
 
