@@ -36,7 +36,8 @@ class Stress:
         task: its name.
         actions: number of actions.
         outcomes: number of actions by what happened: "moved", or why the arm did not.
-        not_finite: episodes whose state became NaN or infinite.
+        not_finite: episodes whose state became NaN or infinite, or in which MuJoCo found its physics wrong (it then
+            starts anew from a reset state, without an error).
         sunk: names of bodies that went through the table, with the seed.
         slowest: seconds of the slowest episode of 25 actions.
     """
@@ -76,7 +77,7 @@ def stress_episode(world: World, seed: int) -> Stress:
         except PlanningError as error:
             found.outcomes[error.reason] += 1
         found.actions += 1
-        if not (np.isfinite(world.data.qpos).all() and np.isfinite(world.data.qvel).all()):
+        if world.warnings() or not (np.isfinite(world.data.qpos).all() and np.isfinite(world.data.qvel).all()):
             found.not_finite += 1
             break
     found.sunk = [(body, seed) for body in bodies if _is_sunk(world.pose(body).position)]
