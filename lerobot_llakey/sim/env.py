@@ -144,8 +144,8 @@ class LlakeySimEnv(gym.Env):
         """Carry out one keyframe action (9,).
 
         Raises:
-            LlakeyError: if it is no action: another shape, not finite, a zero quaternion, a flag far from 0 and 1; or
-                if no episode has been begun.
+            LlakeyError: if it is no action: another shape, not finite, a quaternion far from length 1, a flag far
+                from 0 and 1; or if no episode has been begun.
         """
         self._require_episode("step()")
         action = checked_action(action)

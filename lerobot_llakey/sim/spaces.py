@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,11 @@ from lerobot_llakey import schema
 from lerobot_llakey.errors import LlakeyError
 
 _BOUND = 2.0
-"""Bound of an action's numbers; a position beyond it is out of reach, a flag beyond it is none."""
+"""Bound of an action's numbers; a position beyond it is out of reach."""
+_BESIDE = 0.5
+"""By how much a flag may lie outside 0..1: a policy that regresses it is never quite there, other units are far off."""
+_LENGTHS = (0.1, 10.0)
+"""Lengths of a quaternion that a policy may have meant as 1."""
 
 
 def checked_action(action: Any) -> np.ndarray:
@@ -20,7 +25,8 @@ def checked_action(action: Any) -> np.ndarray:
     A pose out of reach is an action all the same: a step without motion.
 
     Raises:
-        LlakeyError: if it is no action: another shape or kind, not finite, a flag far from 0 and 1.
+        LlakeyError: if it is no action: another shape or kind, not finite, a quaternion far from length 1, a flag far
+            from 0 and 1.
     """
     wanted = f"an action of {schema.ACTION_DIM} finite numbers ({', '.join(schema.ACTION_NAMES)})"
     try:
@@ -33,8 +39,11 @@ def checked_action(action: Any) -> np.ndarray:
     numbers = numbers.astype(np.float64)
     if not np.isfinite(numbers).all():
         raise LlakeyError(f"Expected {wanted}, got {numbers}; check the policy's output.")
+    length = math.hypot(*numbers[schema.QUATERNION])
+    if not _LENGTHS[0] <= length <= _LENGTHS[1]:
+        raise LlakeyError(f"Expected a quaternion of length 1, got one of {length:g}; check the policy's output.")
     for column in (schema.GRIPPER, schema.IGNORE_COLLISION):
-        if abs(numbers[column]) > _BOUND:
+        if not -_BESIDE <= numbers[column] <= 1 + _BESIDE:
             raise LlakeyError(
                 f"Expected {schema.ACTION_NAMES[column]} to be 0 or 1, or between, got {numbers[column]:g}; "
                 "check the units of the policy's output."
