@@ -1,6 +1,7 @@
 """The environment as LeRobot meets it."""
 
 import itertools
+from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
@@ -160,7 +161,10 @@ def test_options_are_known(env: LlakeySimEnv) -> None:
         env.reset(seed=0, options={"variaton": 1})
 
 
-def test_unstable_physics_are_told(env: LlakeySimEnv, caplog: pytest.LogCaptureFixture) -> None:
+def test_unstable_physics_are_told(
+    env: LlakeySimEnv, caplog: pytest.LogCaptureFixture, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)  # MuJoCo writes a log file
     env.reset(seed=0)
     env.world.data.qvel[0] = np.nan
     env.step(np.array(_STAY))
