@@ -4,6 +4,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 _SCRIPT = """
 import gc, multiprocessing, sys
 
@@ -19,6 +21,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.slow
 def test_a_worker_finds_its_imports_done(tmp_path: Path) -> None:
     script = tmp_path / "main.py"
     script.write_text(_SCRIPT)
