@@ -31,7 +31,7 @@ def test_variation_may_be_asked_for(drawer_world: World) -> None:
     for variation in range(3):
         drawer_world.reset(0, variation)
         assert drawer_world.task.variation == variation
-    with pytest.raises(ValueError, match="Expected a variation"):
+    with pytest.raises(ValueError, match="Expected the variation of open_drawer"):
         drawer_world.reset(0, 3)
 
 
