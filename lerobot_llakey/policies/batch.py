@@ -24,6 +24,31 @@ COLOUR = (-0.1, 1.1)
 """What a colour may be; resizing overshoots 0 and 1 a little."""
 
 
+def read_numbers(batch: Mapping[str, Any], key: str, shape: Sequence[int | None], rows: int | None = None) -> Tensor:
+    """The numbers (B, ...) of a key.
+
+    Args:
+        batch: what a loader or an environment gives.
+        key: of the numbers.
+        shape: of one row; None where any size will do.
+        rows: B, where another key has told it.
+
+    Raises:
+        LlakeyError: naming the key if it is missing, holds no numbers, or has another shape.
+    """
+    if key not in batch:
+        raise LlakeyError(f"Expected {key} in the batch, got {', '.join(sorted(batch)) or 'nothing'}; add it.")
+    value = batch[key]
+    if not isinstance(value, Tensor):
+        raise LlakeyError(f"Expected numbers in {key}, got {type(value).__name__}; give it as a tensor.")
+    sizes = (rows, *shape)
+    if value.ndim != len(sizes) or any(size not in (None, came) for size, came in zip(sizes, value.shape, strict=True)):
+        wanted = ", ".join("batch" if not place and size is None else "any" if size is None else str(size)
+                           for place, size in enumerate(sizes))  # fmt: skip
+        raise LlakeyError(f"Expected {key} of shape ({wanted}), got {tuple(value.shape)}; check the feature.")
+    return value
+
+
 def read_images(batch: Mapping[str, Any], keys: Sequence[str]) -> list[Tensor]:
     """RGB images (B, 3, H, W) in float, 0..1: those in uint8 are divided by 255.
 
@@ -41,14 +66,9 @@ def read_images(batch: Mapping[str, Any], keys: Sequence[str]) -> list[Tensor]:
             f"Expected the images {', '.join(keys)} in the batch, got {', '.join(given) or 'no camera'} without "
             f"{', '.join(missing)}; add them."
         )
-    images = []
+    images: list[Tensor] = []
     for key in keys:
-        image: Tensor = batch[key]
-        if image.ndim != 4 or image.shape[1] != 3:
-            raise LlakeyError(
-                f"Expected {key} of shape (batch, 3, height, width), got {tuple(image.shape)}; check the camera's "
-                "feature."
-            )
+        image = read_numbers(batch, key, (3, None, None), len(images[0]) if images else None)
         if image.dtype is torch.uint8:
             images.append(image.float() / 255)
         elif image.is_floating_point():
@@ -59,6 +79,20 @@ def read_images(batch: Mapping[str, Any], keys: Sequence[str]) -> list[Tensor]:
             )
     _check_colours(images, keys)
     return images
+
+
+def read_states(batch: Mapping[str, Any], rows: int | None = None) -> Tensor:
+    """The states (B, 15) of a batch; see :func:`read_numbers` and :func:`check_poses` for what is refused."""
+    states = read_numbers(batch, schema.STATE, (schema.STATE_DIM,), rows)
+    check_poses(schema.STATE, states)
+    return states
+
+
+def read_actions(batch: Mapping[str, Any], rows: int | None = None) -> Tensor:
+    """The actions (B, 9) of a batch; see :func:`read_numbers` and :func:`check_poses` for what is refused."""
+    actions = read_numbers(batch, schema.ACTION, (schema.ACTION_DIM,), rows)
+    check_poses(schema.ACTION, actions)
+    return actions
 
 
 def check_poses(key: str, rows: Tensor) -> None:

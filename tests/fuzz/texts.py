@@ -50,7 +50,7 @@ def cases(folder: Path, rng: np.random.Generator) -> Iterator[Case]:
         for kind, text in (
             ("words", f"zz {shuffled}"),
             ("characters", f"zz{noise}"),
-            ("repeated", "rotate the " + "a to the " * length),
+            ("repeated", "zz rotate the " + "a to the " * length),
             ("digits", "1. " * length),
             ("spaces", " " * length),
             ("chinese", "抓住杯子" * max(length, 1)),

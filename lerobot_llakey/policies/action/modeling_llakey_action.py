@@ -13,7 +13,7 @@ from torch import Tensor, nn
 from lerobot_llakey import schema
 from lerobot_llakey.policies.action.batch.augmentation import sample_motion, varied
 from lerobot_llakey.policies.action.batch.labels import Labels, moved, read_labels
-from lerobot_llakey.policies.action.batch.point_cloud import PointCloud, fuse_views
+from lerobot_llakey.policies.action.batch.point_cloud import PointCloud, fuse_views, read_calibration
 from lerobot_llakey.policies.action.batch.proprioception import (
     Proprioception,
     proprioception_width,
@@ -39,7 +39,7 @@ from lerobot_llakey.policies.action.text.conditioning import read_texts
 from lerobot_llakey.policies.action.text.word_encoder import QueryPool, TextRoles
 from lerobot_llakey.policies.action.views.cube import UnitCube
 from lerobot_llakey.policies.action.views.scene import Scene
-from lerobot_llakey.policies.batch import check_actions, check_loss, check_poses, weighted
+from lerobot_llakey.policies.batch import check_actions, check_loss, read_numbers, read_states, weighted
 from lerobot_llakey.policies.precision import autocast
 from lerobot_llakey.policies.texts import reworded
 from lerobot_llakey.saved.weights import CheckedWeights
@@ -126,10 +126,12 @@ class LlakeyActionPolicy(CheckedWeights, PreTrainedPolicy):
         """
         config = self.config
         with torch.autocast(self.workspace.device.type, enabled=False):
-            labels = read_labels(batch[schema.ACTION], self.workspace)
+            intrinsics, _ = read_calibration(batch, config.cameras)
+            action = read_numbers(batch, schema.ACTION, (schema.ACTION_DIM,), len(intrinsics))
+            labels = read_labels(action, self.workspace)
             if self.training and (config.augment_translation > 0 or config.augment_yaw > 0):
                 if config.use_state and schema.STATE in batch:
-                    check_poses(schema.STATE, batch[schema.STATE])  # before a motion makes a pose of it
+                    read_states(batch, len(action))  # before a motion makes a pose of it
                 motion = sample_motion(labels.position, self.workspace, config.augment_translation, config.augment_yaw)
                 batch, labels = moved(batch, labels, motion)
             target = self.cube.to_unit(labels.position)

@@ -20,7 +20,7 @@ from torch.nn import functional
 from lerobot_llakey import schema
 from lerobot_llakey.checks.dataset import check_dataset
 from lerobot_llakey.errors import LlakeyError
-from lerobot_llakey.policies.batch import check_actions, check_loss, check_poses, weighted
+from lerobot_llakey.policies.batch import check_actions, check_loss, read_actions, read_states, weighted
 from lerobot_llakey.policies.command.chat.backend import ChatBackend
 from lerobot_llakey.policies.command.checkpoints import CommandCheckpoints
 from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
@@ -146,8 +146,7 @@ class LlakeyCommandPolicy(CommandCheckpoints, CheckedWeights, TakesAdapters, Pre
         """
         self._require_weights()
         if aided := self.auxiliary is not None and self.training and schema.STATE in batch and schema.ACTION in batch:
-            check_poses(schema.STATE, batch[schema.STATE])
-            check_poses(schema.ACTION, batch[schema.ACTION])
+            read_actions(batch, len(read_states(batch)))
         answers = self.target.answers(batch)
         images = stack_views(batch, self.config.image_keys)
         if self.training:

@@ -9,7 +9,7 @@ import numpy as np
 
 from lerobot_llakey import schema
 from lerobot_llakey.errors import LlakeyError
-from lerobot_llakey.policies.batch import check_poses
+from lerobot_llakey.policies.batch import read_states
 from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
 from lerobot_llakey.policies.command.pose_text import PoseText
 from lerobot_llakey.policies.command.prompt import Prompt
@@ -49,6 +49,5 @@ def _states(batch: Mapping[str, Any], config: LlakeyCommandConfig) -> list[str]:
             f"Expected {schema.STATE!r} in the batch for proprioception=pose, got {sorted(batch)}; use a dataset or an "
             "environment that has it."
         )
-    check_poses(schema.STATE, batch[schema.STATE])
     text = PoseText(config.action_bins, config.workspace)
-    return [text.encode_state(state) for state in batch[schema.STATE].double().cpu().numpy()]
+    return [text.encode_state(state) for state in read_states(batch).double().cpu().numpy()]

@@ -13,7 +13,7 @@ from torch import Tensor
 from lerobot_llakey import schema
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.action.modeling_llakey_action import LlakeyActionPolicy
-from lerobot_llakey.policies.batch import check_poses
+from lerobot_llakey.policies.batch import read_states
 from lerobot_llakey.policies.command.modeling_llakey_command import LlakeyCommandPolicy
 from lerobot_llakey.policies.command.pretrained.loading import ASSETS, save_assets
 from lerobot_llakey.policies.hierarchy.commanders.build import build_commander
@@ -209,7 +209,7 @@ class LlakeyPolicy(CheckedWeights, PublishedPolicy):
                 missing or wrong.
         """
         if schema.STATE in batch:  # the loop says so where it is missing
-            check_poses(schema.STATE, batch[schema.STATE])
+            read_states(batch)
         self.last_instructions = self.loop.instruct(self.commander, batch)
         batch = {**self.commander.with_tasks(batch), schema.INSTRUCTION: list(self.last_instructions)}
         actions = self.action.select_action(batch)

@@ -34,11 +34,13 @@ def parse_tasks(names: str) -> list[str]:
     """Task names of a comma list, or of ``all``.
 
     Raises:
-        ValueError: if a name is unknown or none is given.
+        LlakeyError: if a name is unknown or comes twice, or none is given.
     """
     known = list(task_classes())
     asked = known if names.strip() == "all" else [name.strip() for name in names.split(",") if name.strip()]
     unknown = [name for name in asked if name not in known]
     if unknown or not asked:
         raise LlakeyError(f"Expected tasks out of {', '.join(known)} or all, got {names!r}; correct --task.")
+    if twice := [name for name in known if asked.count(name) > 1]:
+        raise LlakeyError(f"Expected each task once, got {twice[0]!r} twice in {names!r}; name it once.")
     return asked

@@ -35,19 +35,9 @@ def check_calibration(intrinsics: Tensor, extrinsics: Tensor, cameras: Sequence[
         size: height and width of the images in pixels.
 
     Raises:
-        ValueError: naming the key, camera and batch row if a shape is wrong, the intrinsics are those of an image of
-            another size, or the extrinsics are no rigid transform.
+        ValueError: naming the key, camera and batch row if the intrinsics are those of an image of another size, or the
+            extrinsics are no rigid transform.
     """
-    count = len(cameras)
-    for key, value, shape in (
-        (schema.INTRINSICS, intrinsics, (count, 3, 3)),
-        (schema.EXTRINSICS, extrinsics, (count, 4, 4)),
-    ):
-        if tuple(value.shape[1:]) != shape:
-            raise LlakeyError(
-                f"Expected {key} of shape (batch, {', '.join(map(str, shape))}) for the cameras {', '.join(cameras)}, "
-                f"got {tuple(value.shape)}; give one matrix for each camera."
-            )
     centres = intrinsics[..., :2, 2]
     shares = centres / centres.new_tensor((size[1], size[0]))
     focal = intrinsics.diagonal(dim1=-2, dim2=-1)[..., :2]

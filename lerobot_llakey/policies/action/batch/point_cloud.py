@@ -12,7 +12,7 @@ from torch import Tensor
 from lerobot_llakey import geometry, schema
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.action.batch.camera_checks import check_calibration, measured
-from lerobot_llakey.policies.batch import read_images
+from lerobot_llakey.policies.batch import read_images, read_numbers
 
 MILLIMETRES = 1e-3
 
@@ -49,12 +49,7 @@ def _camera_stack(batch: Mapping[str, Any], cameras: Sequence[str]) -> tuple[Ten
         if key not in batch:
             given = ", ".join(sorted(name for name in batch if name.startswith(schema.image_key(""))))
             raise LlakeyError(f"Expected the depth {key} in the batch, got {given}; add it.")
-        depth = batch[key]
-        if depth.ndim != 4 or depth.shape[1] != 1:
-            raise LlakeyError(
-                f"Expected {key} of shape (batch, 1, height, width), got {tuple(depth.shape)}; check the camera's "
-                "feature."
-            )
+        depth = read_numbers(batch, key, (1, None, None), len(images[0]))
         if depth.dtype in (torch.uint8, torch.int8, torch.bool):
             raise LlakeyError(
                 f"Expected {key} in millimetres, as floats or whole numbers of 16 bits or more, got "
@@ -69,6 +64,19 @@ def _camera_stack(batch: Mapping[str, Any], cameras: Sequence[str]) -> tuple[Ten
                 "cameras at one size."
             )
     return torch.stack([image.float() for image in images], dim=1), torch.stack(depths, dim=1).squeeze(2)
+
+
+def read_calibration(
+    batch: Mapping[str, Any], cameras: Sequence[str], rows: int | None = None
+) -> tuple[Tensor, Tensor]:
+    """Intrinsics (B, C, 3, 3) in pixels and camera-to-base extrinsics (B, C, 4, 4) in metres.
+
+    Raises:
+        LlakeyError: naming the key if one is missing, holds no numbers, or not one matrix for each camera.
+    """
+    intrinsics = read_numbers(batch, schema.INTRINSICS, (len(cameras), 3, 3), rows)
+    extrinsics = read_numbers(batch, schema.EXTRINSICS, (len(cameras), 4, 4), len(intrinsics))
+    return intrinsics.float(), extrinsics.float()
 
 
 def fuse_views(batch: Mapping[str, Any], cameras: Sequence[str], workspace: Tensor) -> PointCloud:
@@ -89,10 +97,7 @@ def fuse_views(batch: Mapping[str, Any], cameras: Sequence[str], workspace: Tens
             no point inside the workspace.
     """
     images, depths = _camera_stack(batch, cameras)
-    for key in (schema.INTRINSICS, schema.EXTRINSICS):
-        if key not in batch:
-            raise LlakeyError(f"Expected the calibration {key} in the batch, got none; add it to the observation.")
-    intrinsics, extrinsics = batch[schema.INTRINSICS].float(), batch[schema.EXTRINSICS].float()
+    intrinsics, extrinsics = read_calibration(batch, cameras, len(images))
     check_calibration(intrinsics, extrinsics, cameras, (images.shape[-2], images.shape[-1]))
     seen = measured(depths, cameras)
     depths = torch.where(seen, depths, 0.0)

@@ -15,7 +15,7 @@ from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.action.batch.augmentation import blurred
 from lerobot_llakey.policies.action.configuration_llakey_action import LlakeyActionConfig
 from lerobot_llakey.policies.action.heads.targets import quaternion_to_angles
-from lerobot_llakey.policies.batch import check_at_least_zero, check_poses
+from lerobot_llakey.policies.batch import check_at_least_zero, read_numbers, read_states
 
 EPISODE_STEPS = 25
 """Longest episode, in keyframe actions, that the timestep is scaled by (PerAct, RVT)."""
@@ -60,8 +60,7 @@ def read_proprioception(batch: Mapping[str, Any], config: LlakeyActionConfig, tu
     if config.use_state:
         if schema.STATE not in batch:
             raise LlakeyError(f"Expected {schema.STATE} in the batch, got none; add it or train with use_state=false.")
-        state = batch[schema.STATE].float()
-        check_poses(schema.STATE, state)
+        state = read_states(batch, rows).float()
         opening = state[:, schema.GRIPPER, None]
         if config.proprioception != "gripper":
             place = state[:, schema.POSITION]
@@ -82,6 +81,6 @@ def _timestep(batch: Mapping[str, Any], rows: int) -> Tensor:
             f"Expected {schema.STEP} (keyframe actions taken so far) in the batch as policy.use_timestep is on, got "
             "none; add the column or train a policy without the timestep."
         )
-    step = batch[schema.STEP].float().reshape(rows, 1)
+    step = read_numbers(batch, schema.STEP, (1,), rows).float()
     check_at_least_zero(schema.STEP, step)
     return 1 - 2 * step / (EPISODE_STEPS - 1)

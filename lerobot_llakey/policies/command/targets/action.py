@@ -10,9 +10,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from lerobot_llakey import schema
 from lerobot_llakey.errors import LlakeyError
-from lerobot_llakey.policies.batch import check_poses
+from lerobot_llakey.policies.batch import read_actions
 from lerobot_llakey.policies.command.decoding.trie import Node, Trie
 from lerobot_llakey.policies.command.encoding import Encoder
 from lerobot_llakey.policies.command.pose_text import DIGITS, PoseText
@@ -35,12 +34,7 @@ class ActionTarget(Target):
         self.text = text
 
     def answers(self, batch: Mapping[str, Any]) -> list[str]:
-        if schema.ACTION not in batch:
-            raise LlakeyError(
-                f"Expected {schema.ACTION!r} in the batch for target=action, got {sorted(batch)}; use keysteps."
-            )
-        check_poses(schema.ACTION, batch[schema.ACTION])
-        return [self.text.encode(action) for action in batch[schema.ACTION].double().cpu().numpy()]
+        return [self.text.encode(action) for action in read_actions(batch).double().cpu().numpy()]
 
     def trie(self, encoder: Encoder) -> Trie:
         """Every text of nine legal numbers; what follows a number is shared by all of its values."""
