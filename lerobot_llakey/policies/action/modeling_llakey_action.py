@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
 import torch
 from lerobot.policies.pretrained import PreTrainedPolicy
 from torch import Tensor, nn
@@ -40,6 +39,7 @@ from lerobot_llakey.policies.action.text.word_encoder import QueryPool, TextRole
 from lerobot_llakey.policies.action.views.cube import UnitCube
 from lerobot_llakey.policies.action.views.scene import Scene
 from lerobot_llakey.policies.batch import check_actions, check_loss, read_numbers, read_states, weighted
+from lerobot_llakey.policies.draws import numpy_generator, seeded_by_step
 from lerobot_llakey.policies.precision import autocast
 from lerobot_llakey.policies.texts import reworded
 from lerobot_llakey.saved.weights import CheckedWeights
@@ -101,7 +101,6 @@ class LlakeyActionPolicy(CheckedWeights, PreTrainedPolicy):
         if self.design.grounded:
             inputs += CONDITION + felt
         self.pose = make_pose_head(config, inputs)
-        self._rng = np.random.default_rng()
 
     def get_optim_params(self) -> list[dict[str, Any]]:
         """Parameter groups, see :func:`parameter_groups`."""
@@ -110,6 +109,7 @@ class LlakeyActionPolicy(CheckedWeights, PreTrainedPolicy):
     def reset(self) -> None:
         """Nothing to forget: each decision depends on the present observation alone."""
 
+    @seeded_by_step
     def forward(self, batch: dict[str, Any], reduction: str = "mean") -> tuple[Tensor, dict[str, Any]]:
         """The training loss of a batch in the data contract.
 
@@ -141,7 +141,8 @@ class LlakeyActionPolicy(CheckedWeights, PreTrainedPolicy):
             hand = read_proprioception(batch, config, config.turn_blur if self.training else 0.0)
         texts = read_texts(batch, config)
         if self.training:
-            texts[-1] = [reworded(text, config.paraphrase_probability, self._rng) for text in texts[-1]]
+            rng = numpy_generator()
+            texts[-1] = [reworded(text, config.paraphrase_probability, rng) for text in texts[-1]]
         with self._autocast():
             scene = self._scene(cloud, hand, texts, labels.lift)
             looks = {"coarse": (self.coarse(scene, torch.zeros_like(target), 1.0), target)}

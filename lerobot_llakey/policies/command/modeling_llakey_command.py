@@ -36,13 +36,13 @@ from lerobot_llakey.policies.command.limits import check_room, check_texts
 from lerobot_llakey.policies.command.metrics import answer_metrics
 from lerobot_llakey.policies.command.parameter_groups import parameter_groups
 from lerobot_llakey.policies.command.pretrained.adapters import TakesAdapters
-from lerobot_llakey.policies.command.prompt import Prompt
 from lerobot_llakey.policies.command.reading import read_prompts
 from lerobot_llakey.policies.command.small.auxiliary import KeyframeHead
 from lerobot_llakey.policies.command.small.tokenizer import grammar_words, known_words
 from lerobot_llakey.policies.command.targets.action import ActionTarget
 from lerobot_llakey.policies.command.targets.make import make_target
 from lerobot_llakey.policies.command.vocabulary import dataset_instructions, dataset_tasks
+from lerobot_llakey.policies.draws import numpy_generator, seeded_by_step
 from lerobot_llakey.policies.precision import autocast
 from lerobot_llakey.policies.texts import reworded, text_column
 from lerobot_llakey.saved.weights import CheckedWeights
@@ -91,7 +91,6 @@ class LlakeyCommandPolicy(CommandCheckpoints, CheckedWeights, TakesAdapters, Pre
             if config.backend == "local":
                 check_dataset(dataset_meta, dataset_needs(config))
             self._learn_texts(dataset_meta)
-        self._rng = np.random.default_rng(0)
         self.answered = self.unparsable = self.held = 0
         self.model: Any = None
         self.encoder: Any = None
@@ -127,6 +126,7 @@ class LlakeyCommandPolicy(CommandCheckpoints, CheckedWeights, TakesAdapters, Pre
     def reset(self) -> None:
         """Nothing is remembered between decisions: the previous instruction comes with the batch."""
 
+    @seeded_by_step
     def forward(self, batch: dict[str, Any], reduction: str = "mean") -> tuple[Tensor, dict[str, float]]:
         """Cross-entropy of the answers' tokens, stop token included, weighted where the batch has weights.
 
@@ -151,8 +151,9 @@ class LlakeyCommandPolicy(CommandCheckpoints, CheckedWeights, TakesAdapters, Pre
         images = stack_views(batch, self.config.image_keys)
         if self.training:
             images = augment(images, self.config.shift_pixels, self.config.colour_jitter)
-        prompts = self._prompts(batch)
-        inputs, labels = self.encoder.with_answers(images, prompts, [self._reworded(text) for text in answers])
+        rng = numpy_generator() if self.training else None
+        prompts = read_prompts(batch, self.config, rng)
+        inputs, labels = self.encoder.with_answers(images, prompts, [self._reworded(text, rng) for text in answers])
         length = labels.shape[1]
         with self._autocast(images.device):
             hidden = self.model.model(**inputs, use_cache=False).last_hidden_state[:, -length - 1 : -1]
@@ -216,7 +217,7 @@ class LlakeyCommandPolicy(CommandCheckpoints, CheckedWeights, TakesAdapters, Pre
             return []
         was_training = self.training
         self.eval()
-        images, prompts = stack_views(batch, self.config.image_keys), self._prompts(batch)
+        images, prompts = stack_views(batch, self.config.image_keys), read_prompts(batch, self.config)
         images, prompts = images[list(rows)], [prompts[row] for row in rows]
         if self.chat is not None:
             answers = [Answer(text, math.nan) for text in self.chat.answers(images, prompts)]
@@ -251,9 +252,6 @@ class LlakeyCommandPolicy(CommandCheckpoints, CheckedWeights, TakesAdapters, Pre
         """One step as a chunk (B, 1, 9)."""
         return self.select_action(batch)[:, None]
 
-    def _prompts(self, batch: Mapping[str, Any]) -> list[Prompt]:
-        return read_prompts(batch, self.config, self._rng if self.training else None)
-
     def _require_weights(self) -> None:
         """Refuse to train a hosted model."""
         if self.chat is not None:
@@ -262,9 +260,11 @@ class LlakeyCommandPolicy(CommandCheckpoints, CheckedWeights, TakesAdapters, Pre
                 "backend=local, or train_command=false where an action policy is trained beside it."
             )
 
-    def _reworded(self, text: str) -> str:
-        worded = self.training and self.config.target == "instruction"
-        return reworded(text, self.config.synonym_probability, self._rng) if worded else text
+    def _reworded(self, text: str, rng: np.random.Generator | None) -> str:
+        """The instruction in training, replaced by a synonym with some probability."""
+        if rng is None or self.config.target != "instruction":
+            return text
+        return reworded(text, self.config.synonym_probability, rng)
 
     def _autocast(self, device: torch.device) -> torch.autocast:
         config = self.config
