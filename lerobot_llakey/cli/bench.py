@@ -4,6 +4,8 @@ llakey bench --part=collect --num_episodes=10
 llakey bench --part=render --steps=200
 llakey bench --part=loader    # is loading faster than training?
 llakey bench --part=action --output_dir=outputs/bench
+llakey bench --part=decision --policy_path=checkpoints/llakey_small    # a saved policy, whole and part by part
+llakey bench --part=batch --policy_path=checkpoints/llakey_small --batch_size=8    # do decisions depend on the batch?
 """
 
 from dataclasses import dataclass
@@ -14,20 +16,24 @@ from lerobot.utils.device_utils import auto_select_torch_device
 from lerobot_llakey.cli.command_line import with_options
 from lerobot_llakey.cli.errors import one_sentence
 from lerobot_llakey.cli.output import write_results
-from lerobot_llakey.evaluation.bench import bench_in_temporary_folder
+from lerobot_llakey.evaluation.bench import BenchSettings, bench_in_temporary_folder
 from lerobot_llakey.evaluation.tables import markdown_table
 
 
 @dataclass
 class BenchConfig:
-    """Options of ``llakey bench``.
+    """Options of ``llakey bench``. Policies are measured with dtype=auto and float32 in turns.
 
     Attributes:
-        part: collect, loader, render, action or command.
+        part: collect, loader, render, action, command, decision or batch.
         num_episodes: episodes of each task to collect: of all nine, timed, for collect, of three to read otherwise.
-        batch_size: samples of a training step.
+        batch_size: samples of a training step; for batch, of those decided on together.
         steps: repetitions of which the median is taken; for loader, batches.
         device: PyTorch's device; the best one found by default.
+        policy_path: the policy of decision and batch.
+        samples: on how many batch decides.
+        bfloat16: measure with dtype=bfloat16 too, which takes a minute a training step where no unit computes in it.
+        dataset_root: folder of a keysteps dataset to measure on, in place of collecting one.
         output_dir: where results.json goes; only the table is printed without it.
     """
 
@@ -36,14 +42,28 @@ class BenchConfig:
     batch_size: int = 16
     steps: int = 10
     device: str | None = None
+    policy_path: str | None = None
+    samples: int = 64
+    bfloat16: bool = False
+    dataset_root: Path | None = None
     output_dir: Path | None = None
 
 
 @with_options
 def run(config: BenchConfig) -> None:
     """Measure, print the figures, write the results."""
-    device = config.device or str(auto_select_torch_device())
-    figures = bench_in_temporary_folder(config.part, config.num_episodes, config.batch_size, config.steps, device)
+    settings = BenchSettings(
+        part=config.part,
+        num_episodes=config.num_episodes,
+        batch_size=config.batch_size,
+        steps=config.steps,
+        device=config.device or str(auto_select_torch_device()),
+        policy_path=config.policy_path,
+        samples=config.samples,
+        bfloat16=config.bfloat16,
+        dataset_root=config.dataset_root,
+    )
+    figures = bench_in_temporary_folder(settings)
     rows = [(name, f"{value:.4g}" if isinstance(value, float) else str(value)) for name, value in figures.items()]
     print(markdown_table(("figure", "value"), rows))
     write_results(config.output_dir, figures)

@@ -5,73 +5,113 @@ Each part measures everything that it compares in one run on one machine, and re
 
 from __future__ import annotations
 
-import os
-import platform
 import time
+from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-import torch
 from lerobot.datasets.lerobot_dataset import LeRobotDataset
 
+from lerobot_llakey.bounds import require_count
 from lerobot_llakey.datasets.collect import collect
 from lerobot_llakey.datasets.plan import CollectSettings, Targets
 from lerobot_llakey.errors import LlakeyError
+from lerobot_llakey.evaluation.bench_decision import bench_batch, bench_decision
 from lerobot_llakey.evaluation.bench_loader import bench_loader
 from lerobot_llakey.evaluation.bench_policy import bench_policy
 from lerobot_llakey.evaluation.bench_render import bench_render
+from lerobot_llakey.evaluation.processor import load, machine
 from lerobot_llakey.sim.tasks import task_classes
 
-PARTS = ("collect", "loader", "render", "action", "command")
+PARTS = ("collect", "loader", "render", "action", "command", "decision", "batch")
 TASKS = ("open_drawer", "close_jar", "move_block")
 """What samples are taken from to measure loading, training and deciding; collecting is measured on all tasks."""
 _POLICIES = {"action": "llakey_action", "command": "llakey_command"}
+_SAVED = ("decision", "batch")
+"""Parts that measure a saved policy."""
 
 
-def bench(part: str, num_episodes: int, batch_size: int, steps: int, device: str, workdir: Path) -> dict[str, Any]:
+@dataclass(frozen=True)
+class BenchSettings:
+    """What to measure.
+
+    Attributes:
+        part: one of PARTS.
+        num_episodes: episodes of each task to collect: of all tasks, timed, for "collect", of TASKS otherwise.
+        batch_size: samples a training step; for "batch", those decided on together.
+        steps: timed repetitions of a step or decision.
+        device: PyTorch's device for the policies.
+        policy_path: checkpoint of the policy to measure, for "decision" and "batch".
+        samples: for "batch", how many are decided on.
+        bfloat16: measure bfloat16 too where it is not the choice anyway; on a processor without units for it one
+            training step takes a minute.
+        dataset_root: folder of keysteps to measure on; None collects some.
+
+    Raises:
+        LlakeyError: if the part is unknown, a number is not positive, or a path is missing.
+    """
+
+    part: str
+    num_episodes: int = 4
+    batch_size: int = 16
+    steps: int = 10
+    device: str = "cpu"
+    policy_path: str | None = None
+    samples: int = 64
+    bfloat16: bool = False
+    dataset_root: Path | None = None
+
+    def __post_init__(self) -> None:
+        if self.part not in PARTS:
+            raise LlakeyError(f"Expected a part out of {', '.join(PARTS)}, got {self.part!r}; correct --part.")
+        for name in ("num_episodes", "batch_size", "steps", "samples"):
+            require_count(f"--{name}", getattr(self, name), 1)
+        if self.part in _SAVED and not self.policy_path:
+            raise LlakeyError(
+                f"Expected the policy's checkpoint for --part={self.part}, got none; name it with --policy_path."
+            )
+
+    @property
+    def dtypes(self) -> tuple[str, ...]:
+        """The settings of ``dtype`` that take turns."""
+        return ("auto", "float32", *(("bfloat16",) if self.bfloat16 else ()))
+
+
+def bench(settings: BenchSettings, workdir: Path) -> dict[str, Any]:
     """Measure one part.
 
     Args:
-        part: one of PARTS.
-        num_episodes: episodes of each task to collect: of all tasks, timed, for "collect", of TASKS otherwise.
-        batch_size: samples a training step.
-        steps: timed repetitions of a step or decision.
-        device: PyTorch's device for the policies.
+        settings: what to measure.
         workdir: an empty folder for the datasets that are made.
 
     Returns:
-        Figures by name, with the machine.
-
-    Raises:
-        ValueError: if the part is unknown or a number is not positive.
+        The machine, figures by name, and how busy the machine was in the last minute before and at the end.
     """
-    if part not in PARTS:
-        raise LlakeyError(f"Expected a part out of {', '.join(PARTS)}, got {part!r}; correct --part.")
-    if min(num_episodes, batch_size, steps) < 1:
-        raise LlakeyError(
-            f"Expected num_episodes, batch_size and steps of 1 or more, got {num_episodes}, {batch_size} and {steps}."
-        )
+    before = load()
+    figures = _figures(settings, workdir)
+    return {**machine(), **figures, "load_before": before, "load_at_the_end": load()}
+
+
+def _figures(settings: BenchSettings, workdir: Path) -> dict[str, Any]:
+    part, steps, device = settings.part, settings.steps, settings.device
     if part == "collect":
-        return {**machine(), **_bench_collect(CollectSettings(tuple(task_classes()), num_episodes), workdir)}
+        return _bench_collect(CollectSettings(tuple(task_classes()), settings.num_episodes), workdir)
     if part == "render":
-        return {**machine(), **bench_render(steps, device)}
-    settings = CollectSettings(TASKS, num_episodes)
-    collect(settings, Targets(None, workdir / "keysteps", keysteps_id="bench/keysteps"))
-    dataset = LeRobotDataset("bench/keysteps", root=workdir / "keysteps")
+        return bench_render(steps, device)
+    root = settings.dataset_root
+    if root is None:
+        root = workdir / "keysteps"
+        collect(CollectSettings(TASKS, settings.num_episodes), Targets(None, root, keysteps_id="bench/keysteps"))
+    dataset = LeRobotDataset("bench/keysteps", root=root)
     if part == "loader":
-        return {**machine(), **bench_loader(dataset, batch_size, steps, device)}
-    return {**machine(), **bench_policy(_POLICIES[part], dataset, batch_size, steps, device)}
-
-
-def machine() -> dict[str, Any]:
-    """What the figures were measured on."""
-    return {
-        "processor": platform.processor() or platform.machine(),
-        "cores": os.cpu_count(),
-        "gpu": torch.cuda.get_device_name() if torch.cuda.is_available() else None,
-        "torch": torch.__version__,
-    }
+        return bench_loader(dataset, settings.batch_size, steps, device)
+    if part in _POLICIES:
+        return bench_policy(_POLICIES[part], dataset, settings.batch_size, steps, device, settings.dtypes)
+    assert settings.policy_path is not None
+    if part == "batch":
+        return bench_batch(settings.policy_path, dataset, settings.samples, settings.batch_size, device)
+    return bench_decision(settings.policy_path, dataset, steps, device, settings.dtypes)
 
 
 def _bench_collect(settings: CollectSettings, workdir: Path) -> dict[str, Any]:
@@ -91,7 +131,7 @@ def _bench_collect(settings: CollectSettings, workdir: Path) -> dict[str, Any]:
     return figures
 
 
-def bench_in_temporary_folder(part: str, num_episodes: int, batch_size: int, steps: int, device: str) -> dict[str, Any]:
+def bench_in_temporary_folder(settings: BenchSettings) -> dict[str, Any]:
     """:func:`bench` with datasets that are thrown away afterwards."""
     with TemporaryDirectory() as folder:
-        return bench(part, num_episodes, batch_size, steps, device, Path(folder))
+        return bench(settings, Path(folder))

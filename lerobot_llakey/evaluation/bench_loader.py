@@ -39,7 +39,7 @@ def bench_loader(dataset: LeRobotDataset, batch_size: int, steps: int, device: s
         for workers in WORKERS
         if workers <= cores or workers <= 1
     }
-    training = bench_policy("llakey_action", dataset, batch_size, steps, device)
+    training = bench_policy("llakey_action", dataset, batch_size, steps, device, dtypes=("auto",))
     figures = {key: training[key] for key in ("batch_size", "device", "threads", "training_samples_per_second")}
     for workers, speed in loading.items():
         figures[f"samples_per_second_{workers}_workers"] = speed

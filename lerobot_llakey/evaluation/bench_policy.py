@@ -1,10 +1,8 @@
-"""How fast a policy is trained, and how fast it decides."""
+"""How fast a policy is trained, and how fast it decides: as shipped and in other precisions, in turns."""
 
 from __future__ import annotations
 
-import statistics
-import time
-from collections.abc import Callable
+from collections.abc import Sequence
 from typing import Any
 
 import torch
@@ -13,13 +11,22 @@ from lerobot.policies.factory import make_policy, make_policy_config, make_pre_p
 from lerobot.policies.pretrained import PreTrainedPolicy
 from lerobot.utils.collate import lerobot_collate_fn
 from torch.utils.data import DataLoader
-from tqdm import tqdm
 
-_WARM_UP = 2
+from lerobot_llakey.evaluation.bench_turns import Timing, in_turns, precision
+from lerobot_llakey.policies.precision import resolve
+
+DTYPES = ("auto", "float32")
+"""Settings of ``dtype`` to compare: what is shipped comes first."""
 
 
 def bench_policy(
-    kind: str, dataset: LeRobotDataset, batch_size: int, steps: int, device: str, **settings: Any
+    kind: str,
+    dataset: LeRobotDataset,
+    batch_size: int,
+    steps: int,
+    device: str,
+    dtypes: Sequence[str] = DTYPES,
+    **settings: Any,
 ) -> dict[str, Any]:
     """Train a fresh policy on one batch again and again, then let it decide on one sample.
 
@@ -29,7 +36,11 @@ def bench_policy(
         batch_size: samples a training step.
         steps: timed repetitions, of which the median is taken.
         device: PyTorch's device.
+        dtypes: settings of ``dtype`` that take turns, the one to report first.
         settings: of the policy, where they are not its defaults.
+
+    Returns:
+        Speeds of the first ``dtype``, then for each other one its speeds and :func:`against`.
     """
     config = make_policy_config(kind, device=device, push_to_hub=False, **settings)
     policy = make_policy(config, ds_meta=dataset.meta)
@@ -38,26 +49,45 @@ def bench_policy(
     batch = preprocessor(next(iter(loader)))
     alone = preprocessor(lerobot_collate_fn([dataset[0]]))
     optimizer = config.get_optimizer_preset().build(policy.get_optim_params())
+
+    def train(dtype: str) -> None:
+        with precision(policy, dtype):
+            loss, _ = policy.forward(dict(batch))
+            loss.backward()
+        optimizer.step()
+        optimizer.zero_grad()
+
+    def decide(dtype: str) -> None:
+        with precision(policy, dtype):
+            _decide(policy, alone)
+
     policy.train()
-    train = _median_seconds(lambda: _train_step(policy, batch, optimizer), steps, device)
+    trained = in_turns({dtype: lambda _, dtype=dtype: train(dtype) for dtype in dtypes}, steps, device)
     policy.eval()
-    decide = _median_seconds(lambda: _decide(policy, alone), steps, device)
-    return {
+    decided = in_turns({dtype: lambda _, dtype=dtype: decide(dtype) for dtype in dtypes}, steps, device)
+    figures: dict[str, Any] = {
         "policy": kind,
         "device": device,
         "threads": torch.get_num_threads(),
         "parameters": sum(parameter.numel() for parameter in policy.parameters()),
         "batch_size": batch_size,
-        "training_samples_per_second": batch_size / train,
-        "decision_milliseconds": 1000 * decide,
+        "dtype": f"{dtypes[0]} ({str(resolve(dtypes[0], device)).removeprefix('torch.')})",
     }
+    for dtype in dtypes:
+        end = "" if dtype == dtypes[0] else f"_{dtype}"
+        figures[f"training_samples_per_second{end}"] = batch_size / trained[dtype].seconds
+        figures[f"decision_milliseconds{end}"] = 1000 * decided[dtype].seconds
+    return figures | against("training_step", trained) | against("decision", decided)
 
 
-def _train_step(policy: PreTrainedPolicy, batch: dict[str, Any], optimizer: torch.optim.Optimizer) -> None:
-    loss, _ = policy.forward(dict(batch))
-    loss.backward()
-    optimizer.step()
-    optimizer.zero_grad()
+def against(what: str, timings: dict[str, Timing]) -> dict[str, float]:
+    """How many times as long the first way takes as each other one, by the clock and on the processor."""
+    (_, first), *others = timings.items()
+    ratios: dict[str, float] = {}
+    for name, other in others:
+        ratios[f"{what}_time_against_{name}"] = first.seconds / other.seconds
+        ratios[f"{what}_processor_time_against_{name}"] = first.processor_seconds / other.processor_seconds
+    return ratios
 
 
 def _decide(policy: PreTrainedPolicy, batch: dict[str, Any]) -> None:
@@ -67,15 +97,3 @@ def _decide(policy: PreTrainedPolicy, batch: dict[str, Any]) -> None:
             policy.next_instructions(dict(batch))
         else:
             policy.select_action(dict(batch))
-
-
-def _median_seconds(action: Callable[[], None], repeats: int, device: str) -> float:
-    times = []
-    for repeat in tqdm(range(repeats + _WARM_UP), leave=False):
-        start = time.perf_counter()
-        action()
-        if device.startswith("cuda"):
-            torch.cuda.synchronize()
-        if repeat >= _WARM_UP:
-            times.append(time.perf_counter() - start)
-    return statistics.median(times)

@@ -1,8 +1,8 @@
 """What training draws at random, so that a seed repeats it and a resumed run goes on with it.
 
 LeRobot seeds the generators of Python, NumPy and PyTorch with ``--seed`` and keeps their states in a checkpoint. But
-PyTorch's ``DataLoader`` draws from PyTorch's generator whenever it starts over its dataset, as it does once more where a
-run is resumed. So each step takes one number from Python's generator, and that is the seed of all that it draws.
+PyTorch's ``DataLoader`` draws from PyTorch's generator whenever it starts over its dataset, and so once more where a
+run is resumed. Hence each step takes one number from Python's generator, and that is the seed of all that it draws.
 """
 
 from __future__ import annotations

@@ -15,6 +15,11 @@ def test_training_and_deciding_are_measured(kind: str, tmp_path: Path) -> None:
     small = {"view_size": 32} if kind == "llakey_action" else {"image_size": 32, "patch_size": 16}
     figures = bench_policy(kind, dataset, batch_size=2, steps=1, device="cpu", **small)
     assert figures["training_samples_per_second"] > 0 and figures["decision_milliseconds"] > 0
+    for name in ("training_samples_per_second", "decision_milliseconds"):
+        assert figures[f"{name}_float32"] > 0
+    assert figures["training_step_time_against_float32"] == pytest.approx(
+        figures["training_samples_per_second_float32"] / figures["training_samples_per_second"]
+    )
     assert (figures["policy"], figures["batch_size"]) == (kind, 2)
     fewer = bench_policy(kind, dataset, batch_size=2, steps=1, device="cpu", **small, **NARROW[kind])
     assert fewer["parameters"] < figures["parameters"]

@@ -1,10 +1,11 @@
 import pytest
 import torch
 
+from lerobot_llakey.policies import muon
 from lerobot_llakey.policies.muon import Muon, MuonConfig, orthogonalised
 
 
-@pytest.mark.parametrize("shape", [(8, 8), (6, 20), (20, 6)])
+@pytest.mark.parametrize("shape", [(8, 8), (6, 9), (6, 20), (20, 6), (16, 144)])
 def test_orthogonalised_keeps_singular_vectors_and_levels_the_values(shape):
     torch.manual_seed(0)
     matrix = torch.randn(shape)
@@ -14,6 +15,16 @@ def test_orthogonalised_keeps_singular_vectors_and_levels_the_values(shape):
     inner = left.T @ result @ right.T
     assert inner.diag().min() > 0.5 and inner.diag().max() < 1.4
     assert (inner - inner.diag().diag()).abs().max() < 0.1
+
+
+def test_both_ways_to_orthogonalise_give_the_same(monkeypatch):
+    torch.manual_seed(0)
+    # Nearly singular, as gradients are.
+    matrix = torch.randn(24, 96) @ torch.diag(torch.logspace(0, -6, 96))
+    monkeypatch.setattr(muon, "_MUCH_WIDER", float("inf"))
+    plain = orthogonalised(matrix)
+    monkeypatch.setattr(muon, "_MUCH_WIDER", 0.0)
+    torch.testing.assert_close(orthogonalised(matrix), plain, rtol=0.0, atol=1e-3)
 
 
 def test_unmarked_groups_are_changed_as_by_adamw():

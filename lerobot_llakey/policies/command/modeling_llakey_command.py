@@ -38,6 +38,7 @@ from lerobot_llakey.policies.command.parameter_groups import parameter_groups
 from lerobot_llakey.policies.command.pretrained.adapters import TakesAdapters
 from lerobot_llakey.policies.command.reading import read_prompts
 from lerobot_llakey.policies.command.small.auxiliary import KeyframeHead
+from lerobot_llakey.policies.command.small.last_layer import read_last
 from lerobot_llakey.policies.command.small.tokenizer import grammar_words, known_words
 from lerobot_llakey.policies.command.targets.action import ActionTarget
 from lerobot_llakey.policies.command.targets.make import make_target
@@ -156,7 +157,8 @@ class LlakeyCommandPolicy(CommandCheckpoints, CheckedWeights, TakesAdapters, Pre
         inputs, labels = self.encoder.with_answers(images, prompts, [self._reworded(text, rng) for text in answers])
         length = labels.shape[1]
         with self._autocast(images.device):
-            hidden = self.model.model(**inputs, use_cache=False).last_hidden_state[:, -length - 1 : -1]
+            output = self.model.model(**inputs, use_cache=False, **read_last(self.model, length + 1))
+            hidden = output.last_hidden_state[:, -length - 1 : -1]
             logits = self.model.lm_head(hidden).float()
         losses = functional.cross_entropy(logits.transpose(1, 2), labels, ignore_index=IGNORED, reduction="none")
         counted = labels != IGNORED

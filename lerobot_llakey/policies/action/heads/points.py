@@ -31,10 +31,14 @@ def locate(heat: Tensor, views: Sequence[str]) -> Tensor:
     for view, name in enumerate(views):
         row, column, depth, _ = VIEWS[name]
         plane = logs[:, view] if row < column else logs[:, view].transpose(1, 2)
-        score = score + plane.unsqueeze(depth + 1)
-    shape = score.shape[1:]
-    best = torch.stack(torch.unravel_index(score.flatten(1).argmax(dim=1), shape), dim=-1)  # (B, 3)
+        plane = plane.unsqueeze(depth + 1)
+        # In place once it is whole: it has half a million cells.
+        score = score.add_(plane) if score.shape[1:] == (size, size, size) else score + plane
     rows = torch.arange(heat.shape[0], device=heat.device)
+    # The greatest of each line first: a search for its place as well takes ten times as long.
+    line = score.amax(dim=3).flatten(1).argmax(dim=1)
+    first, second = line // size, line % size
+    best = torch.stack((first, second, score[rows, first, second].argmax(dim=1)), dim=-1)  # (B, 3)
     refined = []
     for axis in range(3):
         around = []

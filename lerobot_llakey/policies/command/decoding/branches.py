@@ -15,6 +15,7 @@ from torch import Tensor
 
 from lerobot_llakey.policies.command.decoding.choice import Choice
 from lerobot_llakey.policies.command.decoding.trie import Node, Trie
+from lerobot_llakey.policies.command.small.last_layer import read_last
 
 
 class _Row:
@@ -93,7 +94,8 @@ def decode_by_branches(
     rows = [_Row(trie, stop_id, max_new_tokens) for _ in mask]
     lengths = mask.sum(dim=1)
     positions = (mask.cumsum(dim=1) - 1).clamp(min=0)
-    output = model.model(**inputs, position_ids=positions, use_cache=True)
+    last = read_last(model, 1)
+    output = model.model(**inputs, position_ids=positions, use_cache=True, **last)
     while True:
         fresh = [row.fresh() for row in rows]
         width = max(map(len, fresh))
@@ -109,6 +111,7 @@ def decode_by_branches(
                 position_ids=positions,
                 past_key_values=output.past_key_values,
                 use_cache=True,
+                **last,
             )
         scores = model.lm_head(output.last_hidden_state[:, -1]).float()
         for row, of_row in zip(rows, scores, strict=True):

@@ -11,6 +11,7 @@ from transformers import CLIPVisionConfig, LlamaConfig, LlavaConfig, LlavaForCon
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
 from lerobot_llakey.policies.command.generation import end_answers_with
+from lerobot_llakey.policies.command.small.last_layer import LastLayer
 from lerobot_llakey.policies.command.small.tokenizer import WordTokenizer
 
 
@@ -111,6 +112,9 @@ def build_small(config: LlakeyCommandConfig, tokenizer: WordTokenizer) -> LlavaF
     model.model.multi_modal_projector = ViewProjector(
         config.vision_width * len(layers), config.text_width, len(config.views)
     )
+    layers_of_text = model.model.language_model.layers
+    layers_of_text[-1] = LastLayer(model.config.text_config, len(layers_of_text) - 1)
+    layers_of_text[-1].apply(model._init_weights)
     if config.convolutional_stem:
         embeddings = model.model.vision_tower.vision_model.embeddings
         embeddings.patch_embedding = ConvolutionalStem(config.vision_width, config.patch_size)
