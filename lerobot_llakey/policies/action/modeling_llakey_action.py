@@ -227,7 +227,8 @@ class LlakeyActionPolicy(CheckedWeights, PreTrainedPolicy):
         if self.context is not None:
             seen, point = looks[0]
             parts += [self.design.pool(seen, point, views), self.context(seen.summary)]
-        return self.pose(torch.cat([part.float() for part in parts], dim=1), hand.angles, heading, truth)
+        with torch.autocast(heading.device.type, enabled=False):
+            return self.pose(torch.cat([part.float() for part in parts], dim=1), hand.angles, heading, truth)
 
     def _loss(
         self, looks: dict[str, tuple[ViewOutput, Tensor]], pose: PoseOutput, labels: Labels

@@ -89,5 +89,7 @@ class MultiViewNetwork(ViewNetwork):
         middle = self.middle_up(middle + self.from_coarse(seen.unflatten(1, grid)), condition)
         fine = self.fine_up(fine + self.from_middle(middle), condition)
         fine = self.head_norm(fine)
-        heat = (self.head(self.head_film(fine, condition)) + self.match_head(matches)).squeeze(-1)
-        return ViewOutput(heat.float(), fine, summary)
+        # In float32 always: places are read off the logits to a part of a pixel, and it costs next to nothing.
+        with torch.autocast(fine.device.type, enabled=False):
+            heat = self.head(self.head_film(fine.float(), condition.float())) + self.match_head(matches.float())
+        return ViewOutput(heat.squeeze(-1), fine, summary)
