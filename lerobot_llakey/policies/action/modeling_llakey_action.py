@@ -187,9 +187,9 @@ class LlakeyActionPolicy(CheckedWeights, PreTrainedPolicy):
                 place = low + local * extent
                 looks = [(coarse, place), (fine, local)]
             pose = self._read_pose(looks, scene, hand, torch.zeros_like(place[:, 0]))
-        position = self.cube.from_unit(place)
         flags = torch.stack((pose.gripper.argmax(dim=-1), pose.collision.argmax(dim=-1)), dim=-1)
-        return check_actions(torch.cat((position, self.pose.quaternion(pose), flags.to(position)), dim=-1))
+        place = self.cube.from_unit(place)
+        return check_actions(torch.cat((place, self.pose.quaternion(pose), flags.to(place)), dim=-1))
 
     def _autocast(self) -> torch.autocast:
         return autocast(self.config.dtype, self.workspace.device)
