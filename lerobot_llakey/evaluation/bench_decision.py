@@ -10,6 +10,7 @@ import torch
 from lerobot.datasets.lerobot_dataset import LeRobotDataset
 from lerobot.utils.collate import lerobot_collate_fn
 from torch import Tensor
+from torch.nn.functional import normalize
 
 from lerobot_llakey import schema
 from lerobot_llakey.errors import LlakeyError
@@ -154,7 +155,8 @@ def _differences(
 ) -> dict[str, float | int]:
     (actions, said), (others, heard) = first, second
     away = 1000 * (actions - others)[:, schema.POSITION].norm(dim=1)
-    turned = rotation_error(actions[:, schema.QUATERNION].double(), others[:, schema.QUATERNION].double())
+    quaternions = (normalize(each[:, schema.QUATERNION].double(), dim=1) for each in (actions, others))
+    turned = rotation_error(*quaternions)
     flags = (actions[:, schema.GRIPPER :] > 0.5) != (others[:, schema.GRIPPER :] > 0.5)
     return {
         f"{name}_mean_mm": away.mean().item(),

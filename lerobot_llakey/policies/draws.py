@@ -28,8 +28,9 @@ def seeded_by_step[**P, R](forward: Callable[P, R]) -> Callable[P, R]:
         if not policy.training:
             return forward(*args, **kwargs)
         device = next((value.device for value in policy.parameters()), torch.device("cpu"))
-        kind, others = ("cuda", []) if device.type == "cpu" else (device.type, [device])
-        with torch.random.fork_rng(others, device_type=kind):
+        # On Apple's GPUs PyTorch cannot put one device's generator aside; there it is seeded all the same.
+        aside = [device] if device.type in ("cuda", "xpu") else []
+        with torch.random.fork_rng(aside, device_type=device.type if aside else "cuda"):
             torch.manual_seed(random.getrandbits(63))
             return forward(*args, **kwargs)
 

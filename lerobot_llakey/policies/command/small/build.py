@@ -112,7 +112,7 @@ def build_small(config: LlakeyCommandConfig, tokenizer: WordTokenizer) -> LlavaF
     model.model.multi_modal_projector = ViewProjector(
         config.vision_width * len(layers), config.text_width, len(config.views)
     )
-    layers_of_text = model.model.language_model.layers
+    layers_of_text: Any = model.model.language_model.layers
     layers_of_text[-1] = LastLayer(model.config.text_config, len(layers_of_text) - 1)
     layers_of_text[-1].apply(model._init_weights)
     if config.convolutional_stem:
