@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -58,9 +59,7 @@ def bench_decision(
     }
     ratios: dict[str, Any] = {}
     for name, way in ways.items():
-        timings = in_turns(
-            {dtype: lambda number, way=way, dtype=dtype: run(way, dtype, number) for dtype in dtypes}, steps, device
-        )
+        timings = in_turns({dtype: partial(run, way, dtype) for dtype in dtypes}, steps, device)
         for dtype, timing in timings.items():
             end = "" if dtype == dtypes[0] else f"_{dtype}"
             figures[f"{name}_milliseconds{end}"] = 1000 * timing.seconds

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 import torch
@@ -50,21 +51,21 @@ def bench_policy(
     alone = preprocessor(lerobot_collate_fn([dataset[0]]))
     optimizer = config.get_optimizer_preset().build(policy.get_optim_params())
 
-    def train(dtype: str) -> None:
+    def train(dtype: str, _: int) -> None:
         with precision(policy, dtype):
             loss, _ = policy.forward(dict(batch))
             loss.backward()
         optimizer.step()
         optimizer.zero_grad()
 
-    def decide(dtype: str) -> None:
+    def decide(dtype: str, _: int) -> None:
         with precision(policy, dtype):
             _decide(policy, alone)
 
     policy.train()
-    trained = in_turns({dtype: lambda _, dtype=dtype: train(dtype) for dtype in dtypes}, steps, device)
+    trained = in_turns({dtype: partial(train, dtype) for dtype in dtypes}, steps, device)
     policy.eval()
-    decided = in_turns({dtype: lambda _, dtype=dtype: decide(dtype) for dtype in dtypes}, steps, device)
+    decided = in_turns({dtype: partial(decide, dtype) for dtype in dtypes}, steps, device)
     figures: dict[str, Any] = {
         "policy": kind,
         "device": device,

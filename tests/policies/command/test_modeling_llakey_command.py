@@ -60,7 +60,7 @@ def test_rows_of_a_batch_do_not_depend_on_each_other(policy, batch):
 def test_loss_is_on_the_answer_alone(policy, batch):
     policy.eval()
     inputs, labels = policy.encoder.with_answers(
-        torch.rand(6, 3, 3, 32, 32), policy._prompts(batch), batch[schema.INSTRUCTION]
+        torch.rand(6, 3, 3, 32, 32), read_prompts(batch, policy.config), batch[schema.INSTRUCTION]
     )
     assert labels.shape[1] == max(len(policy.encoder.answer(text)) for text in batch[schema.INSTRUCTION])
     assert labels.shape[1] < inputs["input_ids"].shape[1]
@@ -95,9 +95,11 @@ def test_history_reaches_the_model_only_where_it_is_on(small_settings, keysteps,
 def test_history_dropout_hides_the_previous_instruction_in_training(policy, batch):
     policy.config.history_dropout = 1.0
     policy.train()
-    assert {prompt.previous for prompt in policy._prompts(batch)} == {""}
+    assert {prompt.previous for prompt in read_prompts(batch, policy.config)} == {""}
     policy.eval()
-    assert [prompt.previous for prompt in policy._prompts(batch)] == list(batch[schema.PREVIOUS_INSTRUCTION])
+    assert [prompt.previous for prompt in read_prompts(batch, policy.config)] == list(
+        batch[schema.PREVIOUS_INSTRUCTION]
+    )
 
 
 def test_order_of_views_matters(small_settings, keysteps, batch):

@@ -13,6 +13,7 @@ from lerobot_llakey.policies.command.decoding.steps import decode_by_steps
 from lerobot_llakey.policies.command.decoding.trie import Trie
 from lerobot_llakey.policies.command.images import stack_views
 from lerobot_llakey.policies.command.modeling_llakey_command import LlakeyCommandPolicy
+from lerobot_llakey.policies.command.reading import read_prompts
 
 
 @pytest.fixture
@@ -27,7 +28,7 @@ def policy(small_config, keysteps) -> LlakeyCommandPolicy:
 @pytest.fixture
 def inputs(policy, batch) -> dict:
     tasks = [f"pick up {'the very ' * index}red block" for index in range(6)]
-    prompts = policy._prompts(batch | {schema.TASK: tasks})
+    prompts = read_prompts(batch | {schema.TASK: tasks}, policy.config)
     return policy.encoder.prompts(stack_views(batch, policy.config.image_keys), prompts)
 
 

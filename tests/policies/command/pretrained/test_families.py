@@ -48,7 +48,7 @@ def test_no_token_of_an_answer_sees_the_next(family, tmp_path):
     answers = ["grasp the red block", "grasp the red lid"]
     inputs, labels = policy.encoder.with_answers(
         torch.stack([batch[key] for key in config.image_keys], 1)[:1].expand(2, -1, -1, -1, -1),
-        policy._prompts(batch),
+        read_prompts(batch, policy.config),
         answers,
     )
     length = labels.shape[1]
