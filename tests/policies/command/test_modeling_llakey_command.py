@@ -11,6 +11,7 @@ from lerobot_llakey import schema
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
 from lerobot_llakey.policies.command.modeling_llakey_command import LlakeyCommandPolicy
+from lerobot_llakey.policies.command.reading import read_prompts
 
 
 @pytest.fixture
@@ -92,14 +93,26 @@ def test_history_reaches_the_model_only_where_it_is_on(small_settings, keysteps,
         assert same == (history == 0)
 
 
-def test_history_dropout_hides_the_previous_instruction_in_training(policy, batch):
+@pytest.fixture
+def told(policy, monkeypatch) -> list:
+    """The prompts and answers that each forward pass encodes."""
+    calls, encode = [], policy.encoder.with_answers
+
+    def record(images, prompts, answers):
+        calls.append((prompts, answers))
+        return encode(images, prompts, answers)
+
+    monkeypatch.setattr(policy.encoder, "with_answers", record)
+    return calls
+
+
+def test_history_dropout_hides_the_previous_instruction_in_training(policy, batch, told):
     policy.config.history_dropout = 1.0
-    policy.train()
-    assert {prompt.previous for prompt in read_prompts(batch, policy.config)} == {""}
-    policy.eval()
-    assert [prompt.previous for prompt in read_prompts(batch, policy.config)] == list(
-        batch[schema.PREVIOUS_INSTRUCTION]
-    )
+    policy.train().forward(batch)
+    policy.eval().forward(batch)
+    hidden, shown = ([prompt.previous for prompt in prompts] for prompts, _ in told)
+    assert set(hidden) == {""}
+    assert shown == list(batch[schema.PREVIOUS_INSTRUCTION])
 
 
 def test_order_of_views_matters(small_settings, keysteps, batch):
@@ -161,12 +174,14 @@ def test_pretrained_llava_trains_and_its_checkpoint_stands_alone(tiny_llava, key
     assert set(answers) <= set(config.instructions)
 
 
-def test_synonyms_reword_training_answers_only(policy):
+def test_synonyms_reword_training_answers_only(policy, batch, told):
     policy.config.synonym_probability = 1.0
-    policy.train()
-    assert {policy._reworded("grasp the red block") for _ in range(30)} == {"grasp the red block", "grab the red block"}
-    policy.eval()
-    assert {policy._reworded("grasp the red block") for _ in range(30)} == {"grasp the red block"}
+    batch[schema.INSTRUCTION] = ["grasp the red block"] * 6
+    for _ in range(5):
+        policy.train().forward(batch)
+    assert {text for _, answers in told for text in answers} == {"grasp the red block", "grab the red block"}
+    policy.eval().forward(batch)
+    assert set(told[-1][1]) == {"grasp the red block"}
 
 
 def test_every_parameter_is_trained_once_and_hidden_matrices_by_muon(policy):
