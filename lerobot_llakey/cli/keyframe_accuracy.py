@@ -16,6 +16,7 @@ from lerobot_llakey.evaluation.keyframe_accuracy import keyframe_accuracy
 from lerobot_llakey.evaluation.protocol.rows import options
 from lerobot_llakey.evaluation.rollout import Agent
 from lerobot_llakey.evaluation.tables import markdown_table
+from lerobot_llakey.saved.folder import inspect_checkpoint
 
 _COLUMNS = {
     "position_within_1cm": "1 cm",
@@ -54,6 +55,7 @@ class KeyframeAccuracyConfig:
 @with_options
 def run(config: KeyframeAccuracyConfig) -> None:
     """Measure, print the table, write the results."""
+    inspect_checkpoint(config.policy_path)  # before a dataset is fetched for it
     dataset = open_dataset(config.repo_id, config.root)
     agent = Agent.load(config.policy_path, overrides=options(config.overrides))
     policy = getattr(agent.policy, "action", agent.policy)

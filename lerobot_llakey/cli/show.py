@@ -17,6 +17,7 @@ from lerobot_llakey.evaluation.protocol.rows import options
 from lerobot_llakey.evaluation.rerun_file import require_rerun, write_rerun
 from lerobot_llakey.evaluation.rollout import Agent
 from lerobot_llakey.evaluation.show import page, report
+from lerobot_llakey.saved.folder import inspect_checkpoint
 
 
 @dataclass
@@ -48,6 +49,7 @@ def run(config: ShowConfig) -> None:
     """Decide on the frame, write the page, print the errors."""
     if config.rerun is not None:
         require_rerun()
+    inspect_checkpoint(config.policy_path)  # before a dataset is fetched for it
     dataset = open_dataset(config.repo_id, config.root)
     agent = Agent.load(config.policy_path, overrides=options(config.overrides))
     seen = look(agent.policy, dataset, config.index, agent.preprocessor)

@@ -63,8 +63,8 @@ def read_images(batch: Mapping[str, Any], keys: Sequence[str]) -> list[Tensor]:
     if missing := [key for key in keys if key not in batch]:
         given = sorted(name for name in batch if name.startswith(schema.image_key("")))
         raise LlakeyError(
-            f"Expected the images {', '.join(keys)} in the batch, got {', '.join(given) or 'no camera'} without "
-            f"{', '.join(missing)}; add them."
+            f"Expected the images {', '.join(keys)} in the batch, got {', '.join(given) or 'none'}; add "
+            f"{', '.join(missing)}."
         )
     images: list[Tensor] = []
     for key in keys:

@@ -9,6 +9,7 @@ from lerobot_llakey.cli.dagger import DaggerConfig, run
 def test_options_reach_the_collection(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     called: list[tuple] = []
     monkeypatch.setattr(dagger, "collect", lambda *arguments: called.append(arguments))
+    monkeypatch.setattr(dagger, "inspect_checkpoint", lambda path: path)
     run(DaggerConfig("some/policy", "open_drawer,close_jar", 4, tmp_path / "d", expert_share=0.5, num_workers=3))
     settings, root, repo_id, num_workers = called[0]
     assert settings.policy_path == "some/policy"

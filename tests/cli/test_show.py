@@ -9,6 +9,7 @@ import torch
 
 from fakes import fake_keysteps
 from fakes_action import small_config
+from lerobot_llakey.cli import show
 from lerobot_llakey.cli.main import main
 from lerobot_llakey.evaluation.rollout import Agent
 from lerobot_llakey.policies.action.modeling_llakey_action import LlakeyActionPolicy
@@ -19,7 +20,8 @@ def test_the_page_is_written_and_the_errors_are_printed(
 ) -> None:
     torch.manual_seed(0)
     agent = Agent(LlakeyActionPolicy(small_config(stages=1)).eval(), lambda batch: batch, lambda action: action)
-    monkeypatch.setattr(Agent, "load", staticmethod(lambda path: agent))
+    monkeypatch.setattr(Agent, "load", staticmethod(lambda path, overrides: agent))
+    monkeypatch.setattr(show, "inspect_checkpoint", lambda path: path)
     monkeypatch.setattr(sys, "argv", list(sys.argv))
     fake_keysteps(tmp_path / "data", episodes=1, frames=2)
     output = tmp_path / "pages" / "show.png"

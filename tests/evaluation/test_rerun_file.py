@@ -18,6 +18,8 @@ class FakeRerun:
     def __getattr__(self, name: str) -> object:
         def call(*args: object, **kwargs: object) -> "FakeRerun":
             self.calls.append((name, args))
+            if name == "save":
+                Path(str(args[0])).touch()
             return self
 
         return call

@@ -36,7 +36,7 @@ def test_the_papers_own_changes(training: str, sequence: int) -> None:
 
 
 def test_another_tasks_instruction_is_refused() -> None:
-    with pytest.raises(ValueError, match="only put_bulb has wordings"):
+    with pytest.raises(ValueError, match="use put_bulb"):
         reword("open the top drawer", "{bulb}")
 
 

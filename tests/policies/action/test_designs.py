@@ -8,11 +8,12 @@ import torch
 from lerobot.configs.train import TrainPipelineConfig
 
 from fakes_action import small_config
-from lerobot_llakey.policies.action.configuration_llakey_action import CHOICES, LlakeyActionConfig
+from lerobot_llakey.policies.action.configuration_llakey_action import LlakeyActionConfig
 from lerobot_llakey.policies.action.designs import DESIGNS, make_pose_head, make_text_encoder
 from lerobot_llakey.policies.action.heads.pose_heads import BinsHead
 from lerobot_llakey.policies.action.heads.rotation_in_turn import BinsInTurnHead
 from lerobot_llakey.policies.action.heads.rotation_sixd import SixDHead
+from lerobot_llakey.policies.action.limits import CHOICES
 from lerobot_llakey.policies.action.modeling_llakey_action import LlakeyActionPolicy
 from lerobot_llakey.policies.action.text.word_encoder import TextEncoder
 
