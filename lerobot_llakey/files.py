@@ -8,29 +8,17 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-import draccus
-import pyarrow as pa
-import yaml
 from filelock import FileLock, Timeout
-from safetensors import SafetensorError
 
 from lerobot_llakey.errors import LlakeyError, MissingFileError
 
 LOCK = ".lock"
 UNFINISHED = ".llakey-unfinished"
 """In the names of what is being written."""
-_UNREADABLE = (
-    OSError,
-    ValueError,  # JSON, UnicodeDecodeError
-    LookupError,
-    TypeError,
-    RecursionError,
-    pa.ArrowException,
-    yaml.YAMLError,
-    SafetensorError,
-    draccus.utils.DraccusException,
-)
-"""What the libraries that read JSON, YAML, parquet, safetensors and settings raise at broken files."""
+_UNREADABLE = (OSError, ValueError, LookupError, TypeError, RecursionError)
+"""What Python raises at files of another format; libraries that read files add errors of their own classes."""
+_FAULTS_OF = ("builtins", "lerobot_llakey")
+"""Whose other errors are faults of the program."""
 
 
 @contextmanager
@@ -160,7 +148,9 @@ def reading(path: Path, kind: str = "file") -> Iterator[None]:
         raise LlakeyError(
             f"Expected a {kind} at {path} that fits into memory, got one that does not; check or make it anew."
         ) from error
-    except _UNREADABLE as error:
+    except Exception as error:
+        if not isinstance(error, _UNREADABLE) and type(error).__module__.partition(".")[0] in _FAULTS_OF:
+            raise
         said = " ".join(str(error).split())[:200] or type(error).__name__
         raise LlakeyError(
             f"Expected a readable {kind} at {path}, got one that is broken ({type(error).__name__}: {said}); fetch or "

@@ -37,8 +37,15 @@ def refuse_paths_outside(root: Path, info: Mapping[str, Any] | None = None) -> N
 
     Raises:
         MissingFileError: if there is no dataset.
-        LlakeyError: naming the entry, the file and the row where a path leads outside.
+        LlakeyError: naming the entry, the file and the row where a path leads outside, or what is no file.
     """
+    for folder in ("meta", "data"):
+        for path in sorted((root / folder).rglob("*")):
+            if not path.is_file() and not path.is_dir():
+                raise LlakeyError(
+                    f"Expected files and folders in {root}, got {path.relative_to(root)}, which is a pipe, a device "
+                    "or a link to nothing; fetch or make the dataset anew."
+                )
     if info is None:
         with reading(root / INFO_PATH, "description of a dataset"):
             info = json.loads((root / INFO_PATH).read_text(encoding="utf-8"))

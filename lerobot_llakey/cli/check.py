@@ -7,19 +7,16 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, cast
 
-from lerobot.configs import parser
-from lerobot.datasets.dataset_metadata import LeRobotDatasetMetadata
-from lerobot.datasets.lerobot_dataset import LeRobotDataset
-
 from lerobot_llakey import schema
 from lerobot_llakey.bounds import require_count
 from lerobot_llakey.checks.dataset import find, needs_all
 from lerobot_llakey.checks.finding import Finding
-from lerobot_llakey.checks.foreign_files import refuse_paths_outside
 from lerobot_llakey.checks.metadata import cameras_of
 from lerobot_llakey.checks.pictures import FRAMES, check_pictures, draw
+from lerobot_llakey.cli.command_line import with_options
 from lerobot_llakey.cli.errors import one_sentence
 from lerobot_llakey.datasets.collect import quieten
+from lerobot_llakey.datasets.opening import open_dataset
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.evaluation.tables import markdown_table
 from lerobot_llakey.files import reading
@@ -47,7 +44,7 @@ class CheckConfig:
             raise LlakeyError(f"Expected --workspace as three (low, high) pairs, got {self.workspace}; correct it.")
 
 
-@parser.wrap()
+@with_options
 def run(config: CheckConfig) -> None:
     """List what was found.
 
@@ -55,12 +52,7 @@ def run(config: CheckConfig) -> None:
         SystemExit: with status 1 where training would be refused.
     """
     quieten()
-    if config.root is not None:
-        refuse_paths_outside(config.root)
-    with reading(config.root or Path(), "dataset"):
-        meta = LeRobotDatasetMetadata(config.repo_id, root=config.root)
-        refuse_paths_outside(meta.root)
-        dataset = LeRobotDataset(config.repo_id, root=config.root)
+    dataset = open_dataset(config.repo_id, config.root)
     workspace = cast(schema.Workspace, tuple((float(low), float(high)) for low, high in config.workspace))
     found = find(dataset.meta, needs_all(dataset.features, workspace))
     looked = _look(dataset, config.frames, workspace, found)

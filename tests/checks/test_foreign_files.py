@@ -1,7 +1,9 @@
 """A dataset that names other files than its own is refused before one of them is read."""
 
 import json
+import os
 import shutil
+from collections.abc import Callable
 from pathlib import Path
 
 import pyarrow as pa
@@ -93,6 +95,15 @@ def test_a_path_beside_an_embedded_picture_does_no_harm(root: Path) -> None:
     kind = pa.struct([("bytes", pa.binary()), ("path", pa.string())])
     put_cells(root, schema.image_key("front"), [{"bytes": b"png", "path": "/where/it/was.png"}], kind)
     refuse_paths_outside(root)
+
+
+@pytest.mark.parametrize("make", [os.mkfifo, lambda path: path.symlink_to("/no/where")], ids=["pipe", "dangling link"])
+def test_what_is_no_file_is_refused(root: Path, make: Callable[[Path], None]) -> None:
+    path = next((root / "data").rglob("*.parquet"))
+    path.unlink()
+    make(path)
+    with pytest.raises(LlakeyError, match=path.name):
+        refuse_paths_outside(root)
 
 
 def test_what_is_no_dataset_is_said(tmp_path: Path) -> None:

@@ -65,6 +65,10 @@ def judge(case: Case, raised: BaseException | None, answer: str | None, said: st
         return (answer, said) if answer in GOOD else ("silent", said)
     if isinstance(raised, SystemExit):
         lines = [line for line in said.splitlines() if line.startswith("error: ")]
+        refused = [line for line in said.splitlines() if line.startswith("| refused")]
+        if raised.code == 1 and refused and not lines:  # the table of llakey check
+            named = any(name.lower() in line.lower() for line in refused for name in case.names)
+            return "sentence" if named else "vague", " ".join(refused)
         if raised.code in (1, 2) and len(lines) == 1:
             return _sentence(case, lines[0].removeprefix("error: "))
         return "traceback", f"exit status {raised.code}: {said[-300:]}"

@@ -38,20 +38,19 @@ def _check(source: Path, change: Change, folder: Path) -> str | None:
 def _train(source: Path, change: Change, kind: str, folder: Path) -> None:
     """What ``lerobot-train`` does before its first step, and that step."""
     import torch
-    from lerobot.datasets.lerobot_dataset import LeRobotDataset
     from lerobot.policies.factory import make_policy, make_pre_post_processors
     from lerobot.utils.collate import lerobot_collate_fn
 
     from fakes_action import small_config
-    from lerobot_llakey.files import reading
+    from lerobot_llakey.datasets.opening import open_dataset
     from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
 
     root = _changed(source, change, folder)
-    with reading(root, "dataset"):  # LeRobot's own reading of broken files is not ours to mend
-        dataset = LeRobotDataset("fuzz/data", root=root)
+    dataset = open_dataset("fuzz/data", root)  # lerobot-train opens broken files before it asks us
     config: Any = LlakeyCommandConfig(device="cpu", image_size=32, vision_layers=1, text_layers=1)
     if kind == "action":
-        config = small_config(input_features={}, output_features={})
+        config = small_config()
+        config.input_features = config.output_features = None
     config.push_to_hub = False
     policy = make_policy(config, ds_meta=dataset.meta)
     before, _ = make_pre_post_processors(config, dataset_stats=dataset.meta.stats)
