@@ -13,6 +13,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from lerobot_llakey import schema
+from lerobot_llakey.checks.columns import TASKS
 
 Rows = dict[str, np.ndarray]
 Change = Callable[[Rows], None]
@@ -134,6 +135,8 @@ WRONG: dict[str, tuple[str, Change]] = {
     "rows doubled": ("frame_index", _doubled),
     "times standing still": ("timestamp", _put("timestamp", np.s_[:], 0)),
     "rows counted wrongly": ("index", _put("index", 3, 0)),
+    "instructions shuffled": (schema.INSTRUCTION, _with(schema.INSTRUCTION, np.random.default_rng(0).permutation)),
+    "task below 0": (TASKS, _put(TASKS, 2, -1)),
     "instruction null": (schema.INSTRUCTION, _put(schema.INSTRUCTION, 2, None)),
     "instruction empty": (schema.INSTRUCTION, _put(schema.INSTRUCTION, 2, "")),
     "instruction outside the grammar": (schema.INSTRUCTION, _with(schema.INSTRUCTION, _texts("do the dishes"))),

@@ -14,7 +14,7 @@ import pyarrow.parquet as pq
 
 from lerobot_llakey.files import reading
 
-EPISODE, FRAME, INDEX, TIME = "episode_index", "frame_index", "index", "timestamp"
+EPISODE, FRAME, INDEX, TIME, TASKS = "episode_index", "frame_index", "index", "timestamp", "task_index"
 """LeRobot's own columns."""
 _NOT_READ = ("image", "video", "language")
 MOST_ROWS = 1_000_000

@@ -19,7 +19,7 @@ from lerobot_llakey.checks.look import warn_of_pictures
 from lerobot_llakey.checks.metadata import cameras_of, check_cameras, check_pictures_notes, check_shapes, sizes_of
 from lerobot_llakey.checks.numbers import check_action, check_finite, check_state, check_weights
 from lerobot_llakey.checks.order import check_keyframes, check_order, is_dense
-from lerobot_llakey.checks.texts import check_instructions, check_tasks
+from lerobot_llakey.checks.texts import check_instructions, check_segments, check_tasks
 from lerobot_llakey.errors import LlakeyError
 
 _CHECKED = "_llakey_checked"
@@ -154,6 +154,7 @@ def _of_columns(columns: Columns, needs: Needs, features: Any) -> Iterator[Findi
         yield from check_action(columns, needs.workspace)
     yield from check_weights(columns, needs.weight_key)
     yield from check_instructions(columns, needs.columns)
+    yield from check_segments(columns, needs.columns)
     dense = is_dense(columns)
     yield from check_keyframes(columns, dense)
     if reads_state and reads_action:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from lerobot_llakey import schema
-from lerobot_llakey.checks.columns import EPISODE, FRAME, INDEX, TIME, Columns
+from lerobot_llakey.checks.columns import EPISODE, FRAME, INDEX, TASKS, TIME, Columns
 from lerobot_llakey.checks.finding import Finding
 
 _AGAIN = "write the episodes anew, each row once and in the order of recording"
@@ -16,6 +16,10 @@ _LABEL = "label the recordings anew with llakey annotate"
 
 def check_order(columns: Columns) -> Iterator[Finding]:
     """Frames of an episode count from 0, rows from the first on, and time goes on."""
+    if TASKS in columns and (columns[TASKS] < 0).any():
+        wrong = columns[TASKS] < 0
+        got = f"{columns[TASKS][wrong][0]}"
+        yield Finding(TASKS, "numbers of tasks in meta/tasks.parquet", got, _AGAIN, columns.place(wrong))
     if columns.has(EPISODE):
         first = [int(columns[EPISODE][rows.start]) for rows in columns.episodes()]
         back = np.zeros(len(columns), dtype=bool)

@@ -34,6 +34,25 @@ def check_instructions(columns: Columns, reads: Collection[str]) -> Iterator[Fin
             yield Finding(key, expected, _listed(wrong), advice, columns.place(marks))
 
 
+def check_segments(columns: Columns, reads: Collection[str]) -> Iterator[Finding]:
+    """The frames that lead to one keyframe carry one instruction; after an event it may change on the way."""
+    key = schema.INSTRUCTION
+    if key not in reads or not columns.has(key, schema.KEYFRAME_INDEX):
+        return
+    several = changed = 0
+    mixed = np.zeros(len(columns), dtype=bool)
+    for rows in columns.episodes():
+        segments = columns[schema.KEYFRAME_INDEX][rows]
+        for segment in np.unique(segments):
+            place = np.flatnonzero(segments == segment) + rows.start
+            differ = len(set(columns[key][place])) > 1
+            several, changed = several + (len(place) > 1), changed + differ
+            mixed[place] = differ
+    if changed > several / 2:
+        expected, got = "one instruction for all frames of a segment", f"several in {changed} of {several} segments"
+        yield Finding(key, expected, got, "label the frames anew", columns.place(mixed))
+
+
 def check_tasks(tasks: Collection[str]) -> Iterator[Finding]:
     """Skill instructions are words."""
     counts = Counter(str(task) for task in tasks)

@@ -14,6 +14,7 @@ from lerobot_llakey.experiments.ambiguity import PAGE, Ambiguity
 from lerobot_llakey.experiments.runner import run_stages
 from lerobot_llakey.experiments.settings import AmbiguitySettings, TrainingSettings
 from lerobot_llakey.experiments.stages import Ledger
+from lerobot_llakey.saved.folder import inspect_checkpoint
 
 _RECIPES = {"action": "action_small", "command": "command_small", "baseline": "action_small_baseline"}
 
@@ -46,6 +47,7 @@ def run(config: AmbiguityConfig) -> None:
         settings: TrainingSettings = getattr(config, kind)
         settings.recipe = settings.recipe or f"configs/{recipe}.yaml"
     if config.action_path is not None:
+        inspect_checkpoint(config.action_path)
         config.action = TrainingSettings()
     folder = config.output_dir.absolute()
     study = Ambiguity(config, folder, config.device, "", config.max_steps, config.num_workers, config.action_path)

@@ -9,9 +9,9 @@ llakey annotate --repo_id=me/recordings --output_repo_id=me/demonstrations      
 from dataclasses import dataclass
 from pathlib import Path
 
-from lerobot.configs import parser
 from lerobot.utils.constants import HF_LEROBOT_HOME
 
+from lerobot_llakey.cli.command_line import with_options
 from lerobot_llakey.cli.errors import one_sentence
 from lerobot_llakey.datasets.annotate import annotate, find_keyframes
 from lerobot_llakey.datasets.opening import open_dataset
@@ -53,7 +53,7 @@ class AnnotateConfig:
     private: bool = False
 
 
-@parser.wrap()
+@with_options
 def run(config: AnnotateConfig) -> None:
     """Discover keyframes, then write the template or the annotated dataset."""
     if config.template is None and config.output_repo_id is None:

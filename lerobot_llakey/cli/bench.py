@@ -18,6 +18,7 @@ from lerobot_llakey.cli.errors import one_sentence
 from lerobot_llakey.cli.output import write_results
 from lerobot_llakey.evaluation.bench import BenchSettings, bench_in_temporary_folder
 from lerobot_llakey.evaluation.tables import markdown_table
+from lerobot_llakey.saved.folder import inspect_checkpoint
 
 
 @dataclass
@@ -63,6 +64,8 @@ def run(config: BenchConfig) -> None:
         bfloat16=config.bfloat16,
         dataset_root=config.dataset_root,
     )
+    if config.policy_path is not None:
+        inspect_checkpoint(config.policy_path)  # before anything is collected for it
     figures = bench_in_temporary_folder(settings)
     rows = [(name, f"{value:.4g}" if isinstance(value, float) else str(value)) for name, value in figures.items()]
     print(markdown_table(("figure", "value"), rows))

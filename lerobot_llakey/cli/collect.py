@@ -9,10 +9,10 @@ llakey collect --task=all --num_episodes=1000 --recovery=0.2 --imprecise=0.3 --d
 from dataclasses import dataclass
 from pathlib import Path
 
-from lerobot.configs import parser
 from lerobot.utils.constants import HF_LEROBOT_HOME
 
 from lerobot_llakey import schema
+from lerobot_llakey.cli.command_line import with_options
 from lerobot_llakey.cli.errors import one_sentence
 from lerobot_llakey.datasets.balance import Balance, sampling_mode
 from lerobot_llakey.datasets.collect import collect
@@ -109,7 +109,7 @@ class CollectConfig:
         )
 
 
-@parser.wrap()
+@with_options
 def run(config: CollectConfig) -> None:
     """Collect, say what was thrown away, and push where asked."""
     targets = config.targets()

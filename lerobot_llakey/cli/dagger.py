@@ -8,9 +8,8 @@ lerobot-train --config_path=configs/action_small.yaml --dataset.root=outputs/key
 from dataclasses import dataclass
 from pathlib import Path
 
-from lerobot.configs import parser
-
 from lerobot_llakey import schema
+from lerobot_llakey.cli.command_line import with_options
 from lerobot_llakey.cli.errors import one_sentence
 from lerobot_llakey.dagger.collect import collect
 from lerobot_llakey.dagger.plan import DaggerSettings
@@ -51,7 +50,7 @@ class DaggerConfig:
     num_workers: int = 0
 
 
-@parser.wrap()
+@with_options
 def run(config: DaggerConfig) -> None:
     """Collect and say where."""
     settings = DaggerSettings(

@@ -6,9 +6,9 @@ llakey keysteps --repo_id=me/llakey_demonstrations --output_repo_id=me/llakey_ke
 from dataclasses import dataclass
 from pathlib import Path
 
-from lerobot.configs import parser
 from lerobot.utils.constants import HF_LEROBOT_HOME
 
+from lerobot_llakey.cli.command_line import with_options
 from lerobot_llakey.cli.errors import one_sentence
 from lerobot_llakey.datasets.balance import Balance, sampling_mode
 from lerobot_llakey.datasets.collect import quieten
@@ -49,7 +49,7 @@ class KeystepsConfig:
     private: bool = False
 
 
-@parser.wrap()
+@with_options
 def run(config: KeystepsConfig) -> None:
     """Write the keysteps and say how many there are."""
     mode = sampling_mode(config.mode)

@@ -6,8 +6,7 @@ llakey merge --roots=outputs/keysteps,outputs/dagger --root=outputs/both
 from dataclasses import dataclass
 from pathlib import Path
 
-from lerobot.configs import parser
-
+from lerobot_llakey.cli.command_line import with_options
 from lerobot_llakey.cli.errors import one_sentence
 from lerobot_llakey.datasets.merge import merge
 from lerobot_llakey.errors import LlakeyError
@@ -28,7 +27,7 @@ class MergeConfig:
     repo_id: str = "local/llakey_merged"
 
 
-@parser.wrap()
+@with_options
 def run(config: MergeConfig) -> None:
     """Merge and say where."""
     sources = [Path(name.strip()) for name in config.roots.split(",") if name.strip()]

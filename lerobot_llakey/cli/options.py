@@ -107,6 +107,7 @@ RULES: dict[str, Callable[[str, Any], None]] = {
     "num_demos": partial(require_count, high=MOST_EPISODES),
     "num_episodes": partial(require_count, low=1, high=MOST_EPISODES),
     "num_samples": _count,
+    "samples": partial(require_count, low=1),
     "num_videos": _count,
     "num_workers": partial(require_count, high=MOST_WORKERS),
     "output": partial(_file, suffix=".png"),

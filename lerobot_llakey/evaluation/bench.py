@@ -71,6 +71,11 @@ class BenchSettings:
             raise LlakeyError(
                 f"Expected the policy's checkpoint for --part={self.part}, got none; name it with --policy_path."
             )
+        if self.part not in _SAVED and self.policy_path is not None:
+            raise LlakeyError(
+                f"Expected --policy_path with --part={' or '.join(_SAVED)} alone, got {self.policy_path!r} with "
+                f"--part={self.part}; leave it out."
+            )
 
     @property
     def dtypes(self) -> tuple[str, ...]:

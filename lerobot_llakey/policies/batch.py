@@ -24,13 +24,13 @@ COLOUR = (-0.1, 1.1)
 """What a colour may be; resizing overshoots 0 and 1 a little."""
 
 
-def read_numbers(batch: Mapping[str, Any], key: str, shape: Sequence[int | None], rows: int | None = None) -> Tensor:
+def read_numbers(batch: Mapping[str, Any], key: str, shape: Sequence[int | str], rows: int | None = None) -> Tensor:
     """The numbers (B, ...) of a key.
 
     Args:
         batch: what a loader or an environment gives.
         key: of the numbers.
-        shape: of one row; None where any size will do.
+        shape: of one row; a name stands for a size that may be any.
         rows: B, where another key has told it.
 
     Raises:
@@ -41,10 +41,12 @@ def read_numbers(batch: Mapping[str, Any], key: str, shape: Sequence[int | None]
     value = batch[key]
     if not isinstance(value, Tensor):
         raise LlakeyError(f"Expected numbers in {key}, got {type(value).__name__}; give it as a tensor.")
-    sizes = (rows, *shape)
-    if value.ndim != len(sizes) or any(size not in (None, came) for size, came in zip(sizes, value.shape, strict=True)):
-        wanted = ", ".join("batch" if not place and size is None else "any" if size is None else str(size)
-                           for place, size in enumerate(sizes))  # fmt: skip
+    sizes = ("batch" if rows is None else rows, *shape)
+    alike = value.ndim == len(sizes) and all(
+        isinstance(size, str) or size == came for size, came in zip(sizes, value.shape, strict=True)
+    )
+    if not alike:
+        wanted = ", ".join(map(str, sizes))
         raise LlakeyError(f"Expected {key} of shape ({wanted}), got {tuple(value.shape)}; check the feature.")
     return value
 
@@ -68,7 +70,7 @@ def read_images(batch: Mapping[str, Any], keys: Sequence[str]) -> list[Tensor]:
         )
     images: list[Tensor] = []
     for key in keys:
-        image = read_numbers(batch, key, (3, None, None), len(images[0]) if images else None)
+        image = read_numbers(batch, key, (3, "height", "width"), len(images[0]) if images else None)
         if image.dtype is torch.uint8:
             images.append(image.float() / 255)
         elif image.is_floating_point():

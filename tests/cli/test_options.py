@@ -48,6 +48,7 @@ WRONG: dict[str, tuple[str, ...]] = {
     "num_demos": ("-1", HUGE),
     "num_episodes": ("0", "-1", HUGE, "nan", "two", "1.5"),
     "num_samples": ("-1",),
+    "samples": ("0", "-1"),
     "num_videos": ("-1",),
     "num_workers": ("-1", "1000000", "1.5"),
     "output": ("FILE/under.png", "FOLDER", "FOLDER.png", "page.jpg", "/proc/llakey/page.png"),

@@ -35,7 +35,7 @@ def _check(source: Path, change: Change, folder: Path) -> str | None:
     return "warned" if "warning" in (folder.parent / "said").read_text().lower() else None
 
 
-def _train(source: Path, change: Change, kind: str, folder: Path) -> None:
+def _train(source: Path, change: Change, kind: str, folder: Path) -> str | None:
     """What ``lerobot-train`` does before its first step, and that step."""
     import torch
     from lerobot.policies.factory import make_policy, make_pre_post_processors
@@ -56,6 +56,7 @@ def _train(source: Path, change: Change, kind: str, folder: Path) -> None:
     before, _ = make_pre_post_processors(config, dataset_stats=dataset.meta.stats)
     loader = torch.utils.data.DataLoader(dataset, len(dataset), collate_fn=lerobot_collate_fn)
     policy.forward(before(next(iter(loader))))
+    return "warned" if "WARNING:root:Expected" in (folder.parent / "said").read_text() else None
 
 
 def _changed(source: Path, change: Change, folder: Path) -> Path:
@@ -404,7 +405,7 @@ def cases(folder: Path, rng: np.random.Generator) -> Iterator[Case]:
     from lerobot_llakey import schema
 
     source = write_dataset(folder)
-    command_reads = {schema.INSTRUCTION, schema.SAMPLE_WEIGHT}
+    command_reads = {schema.INSTRUCTION, schema.SAMPLE_WEIGHT, "task_index"}
     for faults, trained in ((_numbers(), True), (_texts(), True), (_metadata(), True), (_looks(), False)):
         for key, what, change in faults:
             names = (key, key.rpartition(".")[2], str(source.parent), "data")

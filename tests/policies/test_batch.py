@@ -49,7 +49,7 @@ def test_other_images_are_refused(image: Tensor, said: str) -> None:
 
 
 def test_a_missing_image_is_named() -> None:
-    with pytest.raises(LlakeyError, match=r"got observation\.images\.wrist without observation\.images\.front"):
+    with pytest.raises(LlakeyError, match=r"got observation\.images\.wrist; add observation\.images\.front"):
         read_images({schema.image_key("wrist"): torch.zeros(1, 3, 4, 4)}, [KEY])
 
 

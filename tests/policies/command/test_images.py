@@ -17,7 +17,7 @@ def test_a_view_of_another_size_is_resized_to_the_first():
 
 
 def test_a_missing_view_and_a_wrong_shape_are_named():
-    with pytest.raises(ValueError, match=r"without observation\.images\.b"):
+    with pytest.raises(ValueError, match=r"add observation\.images\.b"):
         stack_views({"observation.images.a": torch.zeros(1, 3, 8, 8)}, ["observation.images.a", "observation.images.b"])
     with pytest.raises(ValueError, match=r"observation.images.a of shape \(batch, 3, height, width\), got \(3, 8, 8\)"):
         stack_views({"observation.images.a": torch.zeros(3, 8, 8)}, ["observation.images.a"])

@@ -203,7 +203,7 @@ def test_it_does_not_act(policy, batch):
 
 def test_bad_input_is_named(policy, batch, small_settings, keysteps):
     without_view = {key: value for key, value in batch.items() if "images.front" not in key}
-    with pytest.raises(ValueError, match=r"without observation\.images\.front"):
+    with pytest.raises(ValueError, match=r"add observation\.images\.front"):
         policy.next_instructions(without_view)
     without_label = {key: value for key, value in batch.items() if key != schema.INSTRUCTION}
     with pytest.raises(ValueError, match=r"'observation\.instruction' in the batch"):

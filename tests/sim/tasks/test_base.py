@@ -8,8 +8,13 @@ from lerobot_llakey.sim.tasks.base import Task
 
 def test_names_are_found_and_lists_are_read() -> None:
     assert isinstance(make_task("open_drawer"), Task)
-    assert parse_tasks("open_drawer, open_drawer") == ["open_drawer"] * 2
+    assert parse_tasks("open_drawer, close_jar") == ["open_drawer", "close_jar"]
     assert parse_tasks("all") == list(task_classes())
+
+
+def test_a_task_comes_once() -> None:
+    with pytest.raises(ValueError, match="got 'open_drawer' twice"):
+        parse_tasks("open_drawer, open_drawer")
 
 
 @pytest.mark.parametrize("names", ["", "open_drawer,fold_laundry"])

@@ -49,7 +49,7 @@ def _camera_stack(batch: Mapping[str, Any], cameras: Sequence[str]) -> tuple[Ten
         if key not in batch:
             given = ", ".join(sorted(name for name in batch if name.startswith(schema.image_key(""))))
             raise LlakeyError(f"Expected the depth {key} in the batch, got {given}; add it.")
-        depth = read_numbers(batch, key, (1, None, None), len(images[0]))
+        depth = read_numbers(batch, key, (1, "height", "width"), len(images[0]))
         if depth.dtype in (torch.uint8, torch.int8, torch.bool):
             raise LlakeyError(
                 f"Expected {key} in millimetres, as floats or whole numbers of 16 bits or more, got "

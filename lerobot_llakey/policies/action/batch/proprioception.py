@@ -81,6 +81,9 @@ def _timestep(batch: Mapping[str, Any], rows: int) -> Tensor:
             f"Expected {schema.STEP} (keyframe actions taken so far) in the batch as policy.use_timestep is on, got "
             "none; add the column or train a policy without the timestep."
         )
-    step = read_numbers(batch, schema.STEP, (1,), rows).float()
+    step = batch[schema.STEP]
+    if step.ndim == 1:  # LeRobot's loader leaves out the axis of a single number
+        step = step[:, None]
+    step = read_numbers({schema.STEP: step}, schema.STEP, (1,), rows).float()
     check_at_least_zero(schema.STEP, step)
     return 1 - 2 * step / (EPISODE_STEPS - 1)

@@ -2,7 +2,9 @@ import pytest
 import torch
 
 from fakes import fake_cameras
+from lerobot_llakey import schema
 from lerobot_llakey.policies.action.batch.camera_checks import check_calibration, measured
+from lerobot_llakey.policies.action.batch.point_cloud import read_calibration
 
 CAMERAS = ("front", "left", "right", "wrist")
 
@@ -58,8 +60,8 @@ def test_extrinsics_that_are_no_rigid_transform_are_refused(how):
 
 def test_fewer_matrices_than_cameras_are_refused():
     intrinsics, extrinsics = calibration()
-    with pytest.raises(ValueError, match=r"camera_extrinsics of shape \(batch, 4, 4, 4\)"):
-        check_calibration(intrinsics, extrinsics[:, :3], CAMERAS, (32, 32))
+    with pytest.raises(ValueError, match=r"camera_extrinsics of shape \(\d, 4, 4, 4\)"):
+        read_calibration({schema.INTRINSICS: intrinsics, schema.EXTRINSICS: extrinsics[:, :3]}, CAMERAS)
 
 
 @pytest.mark.parametrize("value", [float("nan"), float("inf"), float("-inf"), 0.0, -3.0, 65535.0])

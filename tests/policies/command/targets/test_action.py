@@ -59,5 +59,5 @@ def test_a_tokenizer_that_cannot_write_numbers_is_refused():
 
 
 def test_a_batch_without_actions_is_refused():
-    with pytest.raises(ValueError, match="for target=action"):
+    with pytest.raises(ValueError, match="Expected action in the batch"):
         ActionTarget(PoseText()).answers({schema.TASK: ["x"]})
