@@ -14,3 +14,8 @@ class MissingFileError(LlakeyError, FileNotFoundError):
 
 class FileInTheWayError(LlakeyError, FileExistsError):
     """A file or folder stands where a new one is to be written."""
+
+
+def said(error: object, longest: int | None = None) -> str:
+    """What an error of a library says, on one line and cut after ``longest`` characters, to be quoted in a sentence."""
+    return " ".join(str(error).split())[:longest]

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from filelock import FileLock, Timeout
 
-from lerobot_llakey.errors import LlakeyError, MissingFileError
+from lerobot_llakey.errors import LlakeyError, MissingFileError, said
 
 LOCK = ".lock"
 UNFINISHED = ".llakey-unfinished"
@@ -140,7 +140,7 @@ def reading(path: Path, kind: str = "file") -> Iterator[None]:
     except LlakeyError:
         raise
     except FileNotFoundError as error:
-        lacking = error.filename or " ".join(str(error).split())
+        lacking = error.filename or said(error)
         raise MissingFileError(
             f"Expected a whole {kind} at {path}, got one that lacks a file ({lacking}); fetch or make it anew."
         ) from error
@@ -151,9 +151,9 @@ def reading(path: Path, kind: str = "file") -> Iterator[None]:
     except Exception as error:
         if not isinstance(error, _UNREADABLE) and type(error).__module__.partition(".")[0] in _FAULTS_OF:
             raise
-        said = " ".join(str(error).split())[:200] or type(error).__name__
+        told = said(error, 200) or type(error).__name__
         raise LlakeyError(
-            f"Expected a readable {kind} at {path}, got one that is broken ({type(error).__name__}: {said}); fetch or "
+            f"Expected a readable {kind} at {path}, got one that is broken ({type(error).__name__}: {told}); fetch or "
             "make it anew."
         ) from error
 

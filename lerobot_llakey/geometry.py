@@ -80,7 +80,7 @@ def canonical_quaternion(quaternion: np.ndarray) -> np.ndarray:
     """The quaternion (4,) xyzw at unit length with w >= 0.
 
     Raises:
-        ValueError: if it is not four finite numbers of non-zero length.
+        LlakeyError: if it is not four finite numbers of non-zero length.
     """
     quaternion = np.asarray(quaternion, dtype=np.float64)
     if quaternion.shape != (4,) or not np.isfinite(quaternion).all():

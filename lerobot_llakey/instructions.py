@@ -90,7 +90,7 @@ class Instruction:
         variant: which wording: 0 is the canonical one, 1 its synonym.
 
     Raises:
-        ValueError: if the template, the variant, the number of arguments or one of them is not in the grammar.
+        LlakeyError: if the template, the variant, the number of arguments or one of them is not in the grammar.
     """
 
     template: str
@@ -206,7 +206,7 @@ def instruct(template: str, *arguments: str) -> str:
     """The canonical text of a template filled with arguments.
 
     Raises:
-        ValueError: if the template is unknown or the arguments do not fit it.
+        LlakeyError: if the template is unknown or the arguments do not fit it.
     """
     return render(Instruction(template, arguments))
 
@@ -221,7 +221,7 @@ def canonical(text: str) -> str:
     """The same instruction in its canonical wording.
 
     Raises:
-        ValueError: if the text is no instruction of the grammar.
+        LlakeyError: if the text is no instruction of the grammar.
     """
     instruction = parse(text)
     return render(Instruction(instruction.template, instruction.arguments))
@@ -231,7 +231,7 @@ def paraphrase(text: str, rng: np.random.Generator) -> str:
     """The same instruction in a wording drawn uniformly from those of its template.
 
     Raises:
-        ValueError: if the text is no instruction of the grammar.
+        LlakeyError: if the text is no instruction of the grammar.
     """
     instruction = parse(text)
     variant = int(rng.integers(len(TEMPLATES[instruction.template].texts)))

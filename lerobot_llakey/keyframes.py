@@ -59,7 +59,7 @@ def discover_keyframes(
         Increasing frame indices; the last one is T - 1.
 
     Raises:
-        ValueError: if the shapes do not fit, a value is not finite, there are fewer than 2 frames or a setting makes
+        LlakeyError: if the shapes do not fit, a value is not finite, there are fewer than 2 frames or a setting makes
             no sense.
     """
     arm = np.asarray(joint_positions, dtype=np.float64)
@@ -161,7 +161,7 @@ def segments(keyframes: list[int], length: int) -> Segments:
         length: number of frames T.
 
     Raises:
-        ValueError: if the keyframes do not increase, hold frame 0 or do not end at the last frame.
+        LlakeyError: if the keyframes do not increase, hold frame 0 or do not end at the last frame.
     """
     frames: np.ndarray[Any, np.dtype[np.int64]] = np.asarray(keyframes, dtype=np.int64)
     if len(frames) == 0 or frames[0] <= 0 or frames[-1] != length - 1 or np.any(np.diff(frames) <= 0):

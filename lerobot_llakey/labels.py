@@ -95,7 +95,7 @@ def label(
         interruptions: the segments that a disturbance cut short.
 
     Raises:
-        ValueError: if there is not one instruction and one flag a keyframe, or the keyframes do not fit the states.
+        LlakeyError: if there is not one instruction and one flag a keyframe, or the keyframes do not fit the states.
     """
     if not len(keyframes) == len(instructions) == len(ignore_collision):
         raise LlakeyError(

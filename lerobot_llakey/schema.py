@@ -106,7 +106,7 @@ def scene_seed(split: str, index: int) -> int:
     """The scene seed of the ``index``-th episode of a split.
 
     Raises:
-        ValueError: if the split is unknown or the index falls outside its range.
+        LlakeyError: if the split is unknown or the index falls outside its range.
     """
     if split not in SEED_RANGES:
         raise LlakeyError(f"Expected a split out of {sorted(SEED_RANGES)}, got {split!r}; pick one of these.")
@@ -120,7 +120,7 @@ def encode_text(text: str) -> np.ndarray:
     """Text as float32 code points of shape (TEXT_LENGTH,), zero-padded: the form in which LeRobot passes arrays on.
 
     Raises:
-        ValueError: if the text is longer than TEXT_LENGTH.
+        LlakeyError: if the text is longer than TEXT_LENGTH.
     """
     if len(text) > TEXT_LENGTH:
         raise LlakeyError(f"Expected at most {TEXT_LENGTH} characters, got {len(text)}: {text!r}; shorten it.")

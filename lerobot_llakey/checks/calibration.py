@@ -8,11 +8,11 @@ import numpy as np
 
 from lerobot_llakey import schema
 from lerobot_llakey.checks.columns import Columns
-from lerobot_llakey.checks.finding import Finding
+from lerobot_llakey.checks.finding import Finding, told
 from lerobot_llakey.checks.views import in_picture, in_rows_readings, readings, seen_shares
 
 CENTRE = (0.25, 0.75)
-"""Shares of a picture's size between which the principal point lies."""
+"""Shares of a picture's size between which the principal point lies; pictures resized by two or more fall outside."""
 FOCAL = (0.1, 6.0)
 """Shares of a picture's width between which the focal length lies: fields of view of 157 to 10 degrees."""
 _ROUNDED = 0.01
@@ -51,7 +51,7 @@ def check_intrinsics(columns: Columns, cameras: Sequence[str], sizes: Mapping[st
         if wrong.any():
             expected = f"[[fx, 0, cx], [0, fy, cy], [0, 0, 1]] for camera {camera}"
             advice = "correct the calibration"
-            yield Finding(key, expected, _told(matrix[wrong][0]), advice, columns.place(wrong))
+            yield Finding(key, expected, told(matrix[wrong][0]), advice, columns.place(wrong))
             continue
         shares = matrix[:, :2, 2] / (width, height)
         focal = matrix[:, (0, 1), (0, 1)] / (width, height)
@@ -60,7 +60,7 @@ def check_intrinsics(columns: Columns, cameras: Sequence[str], sizes: Mapping[st
         if wrong.any():
             expected = f"a focal length and a centre of pictures of {width}x{height} pixels for camera {camera}"
             advice = "rescale the intrinsics with the pictures"
-            yield Finding(key, expected, _told(matrix[wrong][0]), advice, columns.place(wrong))
+            yield Finding(key, expected, told(matrix[wrong][0]), advice, columns.place(wrong))
 
 
 def check_extrinsics(columns: Columns, cameras: Sequence[str]) -> Iterator[Finding]:
@@ -85,7 +85,7 @@ def check_extrinsics(columns: Columns, cameras: Sequence[str]) -> Iterator[Findi
             (far, f"a place within {_FARTHEST:g} m of the base for camera {camera}"),
         ):
             if (wrong & finite).any():
-                got = "the identity" if wrong is same else _told(matrix[wrong & finite][0])
+                got = "the identity" if wrong is same else told(matrix[wrong & finite][0])
                 yield Finding(key, expected, got, advice, columns.place(wrong & finite))
         for other in range(number):
             if len(matrix) and (np.abs(matrix - matrices[:, other]) < 1e-6).all():
@@ -148,7 +148,3 @@ def _is_rigid(matrices: np.ndarray) -> np.ndarray:
     bottom = np.abs(matrices[..., 3, :] - (0.0, 0.0, 0.0, 1.0)).max(axis=-1)
     with np.errstate(invalid="ignore"):
         return (square < _ROUNDED) & (bottom < _ROUNDED) & (np.linalg.det(np.nan_to_num(turn)) > 0)
-
-
-def _told(matrix: np.ndarray) -> str:
-    return "[" + ", ".join("[" + ", ".join(f"{value:.4g}" for value in row) + "]" for row in matrix) + "]"

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 
 @dataclass(frozen=True)
 class Finding:
@@ -34,3 +36,10 @@ class Finding:
     def kind(self) -> tuple[str, str]:
         """What two findings of the same fault share."""
         return self.column, self.expected
+
+
+def told(values: np.ndarray) -> str:
+    """Numbers, or rows of numbers, as a finding shows them."""
+    if values.ndim == 0:
+        return f"{values:.4g}"
+    return "[" + ", ".join(told(np.asarray(value)) for value in values) + "]"

@@ -26,7 +26,7 @@ def check_shapes(features: Features, reads: Collection[str]) -> Iterator[Finding
             advice = "record these"
             yield Finding(key, f"{len(names)} numbers ({', '.join(names)})", f"shape {shape}", advice)
             continue
-        given = _names(features[key].get("names"))
+        given = names_of(features[key])
         known = [name for name in given if name in names]
         misplaced = [name for place, name in enumerate(given) if name in known and names[place] != name]
         if len(given) == len(names) and misplaced:
@@ -34,10 +34,11 @@ def check_shapes(features: Features, reads: Collection[str]) -> Iterator[Finding
             yield Finding(key, f"the names {', '.join(names)} in this order", got, "reorder the column and its names")
 
 
-def _names(names: Any) -> list[str]:
-    """The names of a feature, which some recorders write as ``{"motors": [...]}``."""
+def names_of(feature: Mapping[str, Any]) -> list[str]:
+    """The names of a feature's numbers, which some recorders write in groups: ``{"motors": [...]}``."""
+    names = feature.get("names")
     if isinstance(names, Mapping):
-        names = next((value for value in names.values() if isinstance(value, Sequence)), ())
+        names = [name for group in names.values() for name in (group if isinstance(group, list | tuple) else [group])]
     return [] if names is None or isinstance(names, str) else [str(name) for name in names]
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from lerobot_llakey import schema
 from lerobot_llakey.checks.columns import Columns
-from lerobot_llakey.checks.finding import Finding
+from lerobot_llakey.checks.finding import Finding, told
 
 UNIT_TOLERANCE = 0.02
 """By how much the length of a quaternion may differ from 1."""
@@ -71,14 +71,14 @@ def check_action(columns: Columns, workspace: schema.Workspace | None) -> Iterat
         if outside.any():
             expected = f"keyframes in metres inside the workspace {[list(bounds) for bounds in workspace]}"
             advice = "convert their unit or widen policy.workspace"
-            yield Finding(key, expected, _told(position[outside][0]), advice, columns.place(outside))
+            yield Finding(key, expected, told(position[outside][0]), advice, columns.place(outside))
     yield from _no_place(columns, key, position)
     yield from _unit(columns, key, action[:, schema.QUATERNION])
     flags = action[:, [schema.GRIPPER, schema.IGNORE_COLLISION]]
     wrong = np.any((flags < 0) | (flags > 1), axis=1)
     if wrong.any():
         advice = "write 1 for open and for touching, else 0"
-        yield Finding(key, "flags from 0 to 1 for the gripper and for collisions", _told(flags[wrong][0]), advice,
+        yield Finding(key, "flags from 0 to 1 for the gripper and for collisions", told(flags[wrong][0]), advice,
                       columns.place(wrong))  # fmt: skip
 
 
@@ -99,14 +99,14 @@ def _far(columns: Columns, key: str, position: np.ndarray, workspace: schema.Wor
     far = np.maximum(low - position, position - high).max(axis=1) > _NEAR
     if far.any():
         advice = "convert millimetres or centimetres, or check which numbers are the position"
-        yield Finding(key, "the hand's position in metres", _told(position[far][0]), advice, columns.place(far))
+        yield Finding(key, "the hand's position in metres", told(position[far][0]), advice, columns.place(far))
 
 
 def _unit(columns: Columns, key: str, quaternion: np.ndarray) -> Iterator[Finding]:
     length = np.linalg.norm(quaternion.astype(np.float64), axis=1)
     wrong = np.abs(length - 1) > UNIT_TOLERANCE
     if wrong.any():
-        got = f"{_told(quaternion[wrong][0])} of length {length[wrong][0]:.3g}"
+        got = f"{told(quaternion[wrong][0])} of length {length[wrong][0]:.3g}"
         advice = "write the hand's rotation as xyzw of length 1"
         yield Finding(key, "a unit quaternion", got, advice, columns.place(wrong))
 
@@ -116,7 +116,3 @@ def _no_place(columns: Columns, key: str, position: np.ndarray) -> Iterator[Find
     if nowhere.any():
         advice = "record the hand's position in the base's frame"
         yield Finding(key, "a place of the hand", "0, 0, 0", advice, columns.place(nowhere))
-
-
-def _told(values: np.ndarray) -> str:
-    return "[" + ", ".join(f"{value:.4g}" for value in values) + "]"

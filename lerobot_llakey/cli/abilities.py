@@ -55,7 +55,7 @@ def command_policy(policy: Any, path: str) -> Any:
     """The part of a policy that names instructions.
 
     Raises:
-        ValueError: if it has none.
+        LlakeyError: if it has none.
     """
     command = getattr(policy, "command", policy)
     if not hasattr(command, "next_instructions") or getattr(command.config, "target", "instruction") != "instruction":

@@ -75,7 +75,7 @@ class CollectConfig:
         """What to collect.
 
         Raises:
-            ValueError: if a task or the split is unknown or a number is out of range.
+            LlakeyError: if a task or the split is unknown or a number is out of range.
         """
         return CollectSettings(
             tasks=tuple(parse_tasks(self.task)),
@@ -96,7 +96,7 @@ class CollectConfig:
         """Where to write.
 
         Raises:
-            ValueError: if neither demonstrations nor keysteps are asked for.
+            LlakeyError: if neither demonstrations nor keysteps are asked for.
         """
         if not self.demonstrations and self.keysteps_root is None:
             raise LlakeyError("Expected demonstrations or a keysteps_root, got neither; give --keysteps_root.")

@@ -17,7 +17,7 @@ from draccus.utils import DraccusException
 from lerobot.configs import parser
 
 from lerobot_llakey.cli.options import check_options
-from lerobot_llakey.errors import LlakeyError
+from lerobot_llakey.errors import LlakeyError, said
 from lerobot_llakey.files import reading
 
 _FILE_OPTION = "config_path"
@@ -69,8 +69,9 @@ def _refused(error: BaseException) -> LlakeyError:
     cause: BaseException | None = error
     while cause is not None and not isinstance(cause, LlakeyError):
         cause = cause.__cause__  # draccus wraps errors raised while settings are read
-    said = " ".join(str(error).split())[:400]
-    return cause or LlakeyError(f"Expected options that can be read, got one that cannot ({said}); see --help.")
+    return cause or LlakeyError(
+        f"Expected options that can be read, got one that cannot ({said(error, 400)}); see --help."
+    )
 
 
 def _refuse_unknown(kind: type, arguments: Sequence[str]) -> None:

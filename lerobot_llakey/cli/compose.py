@@ -37,7 +37,7 @@ class ComposeConfig:
         """Refuse paths that do not go with the way.
 
         Raises:
-            ValueError: if there are others than are needed.
+            LlakeyError: if there are others than are needed.
         """
         paths = {"command_path": self.command_path, "action_path": self.action_path, "policy_path": self.policy_path}
         given = [name for name, path in paths.items() if path is not None]

@@ -64,8 +64,8 @@ def run(config: DemoConfig) -> list[Episode]:
     """Run all episodes, showing progress; write videos and ``results.json``.
 
     Raises:
-        FileNotFoundError: if there is no checkpoint at the path.
-        ValueError: if a task is unknown.
+        MissingFileError: if there is no checkpoint at the path.
+        LlakeyError: if a task is unknown.
     """
     tasks = parse_tasks(config.task)
     check_disturbance(config.disturbance)

@@ -68,8 +68,8 @@ def make_session(config: DriveConfig, agent: Agent | None = None) -> Session:
         agent: the policy; loaded from ``policy_path`` where None.
 
     Raises:
-        FileNotFoundError: if there is no checkpoint at the path.
-        ValueError: if it is no hierarchical policy, or a setting of the scene is out of range.
+        MissingFileError: if there is no checkpoint at the path.
+        LlakeyError: if it is no hierarchical policy, or a setting of the scene is out of range.
     """
 
     def make_env(task: str) -> LlakeySimEnv:

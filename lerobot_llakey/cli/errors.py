@@ -10,7 +10,7 @@ from contextlib import contextmanager
 
 from draccus.utils import ParsingError
 
-from lerobot_llakey.errors import LlakeyError
+from lerobot_llakey.errors import LlakeyError, said
 from lerobot_llakey.files import reason
 
 
@@ -47,5 +47,5 @@ def _sentence(error: BaseException) -> str | None:
     if isinstance(cause, BrokenProcessPool):
         return "Expected all processes to end well, got one killed, perhaps for want of memory; lower --num_workers."
     if isinstance(error, ParsingError):
-        return f"Expected options that can be read, got one that cannot ({' '.join(str(cause).split())}); correct it."
+        return f"Expected options that can be read, got one that cannot ({said(cause)}); correct it."
     return None

@@ -46,8 +46,7 @@ def reproduce(config: ReproduceConfig) -> None:
     """Say what is to be done, do what is not done, write the report.
 
     Raises:
-        ValueError: if the folder's work was begun with other settings.
-        RuntimeError: if a training fails.
+        LlakeyError: if the folder's work was begun with other settings, or a training fails.
     """
     whole = Reproduction(config, config.output_dir.absolute(), config.device)
     ledger = Ledger(whole.folder, whole.stages())
@@ -75,7 +74,7 @@ def with_scale_file(arguments: list[str]) -> list[str]:
     """Arguments in which ``--scale=NAME`` names the scale's file too.
 
     Raises:
-        FileNotFoundError: if there is no such scale.
+        MissingFileError: if there is no such scale.
     """
     scale = parser.parse_arg("scale", arguments)
     if parser.parse_arg("config_path", arguments) or {"--help", "-h"} & set(arguments):

@@ -41,8 +41,8 @@ def collect(settings: DaggerSettings, root: Path, repo_id: str, num_workers: int
         num_workers: processes; one for each CPU core where 0, none but this one where 1.
 
     Raises:
-        ValueError: if the folder was begun with other settings.
-        FileNotFoundError: if there is no such policy.
+        LlakeyError: if the folder was begun with other settings.
+        MissingFileError: if there is no such policy.
     """
     require_count("--num_workers", num_workers, 0, _MOST_WORKERS)
     with growing(settings.resumable(), len(settings), {_KIND: (root, repo_id)}, _PART_EPISODES) as growth:

@@ -30,7 +30,7 @@ class DaggerSettings:
             where empty.
 
     Raises:
-        ValueError: if a number is out of range, or the split or the disturbance is unknown.
+        LlakeyError: if a number is out of range, or the split or the disturbance is unknown.
     """
 
     policy_path: str

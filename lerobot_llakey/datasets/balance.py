@@ -19,7 +19,7 @@ def sampling_mode(name: str) -> SamplingMode:
     """The sampling mode of a name.
 
     Raises:
-        ValueError: if there is none.
+        LlakeyError: if there is none.
     """
     modes: dict[str, SamplingMode] = {"thin": "thin", "repeat": "repeat", "weight": "weight"}
     if name not in modes:
@@ -48,7 +48,7 @@ class Balance:
         keyframe_repeats: how often a keyframe sample counts.
 
     Raises:
-        ValueError: if the mode is unknown or a number is below 1.
+        LlakeyError: if the mode is unknown or a number is below 1.
     """
 
     mode: SamplingMode = "thin"
@@ -73,7 +73,7 @@ class Balance:
             rng: draws the samples that top up, and in mode "thin" those that stay.
 
         Raises:
-            ValueError: if the keyframes do not fit the length.
+            LlakeyError: if the keyframes do not fit the length.
         """
         starts = [0, *keyframes]
         if len(starts) < 2 or starts[-1] != length - 1 or any(a >= b for a, b in pairwise(starts)):

@@ -32,7 +32,7 @@ def make_card(dataset: LeRobotDataset) -> DatasetCard:
     """The card of a demonstrations or keysteps dataset.
 
     Raises:
-        ValueError: if the dataset has no instruction column.
+        LlakeyError: if the dataset has no instruction column.
     """
     if schema.INSTRUCTION not in dataset.features:
         raise LlakeyError(

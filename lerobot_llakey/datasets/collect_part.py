@@ -45,7 +45,7 @@ def good_episode(settings: CollectSettings, index: int, world: World) -> tuple[E
     """Record the ``index``-th episode, trying its seeds in turn, and count what was thrown away.
 
     Raises:
-        RuntimeError: if all its seeds fail.
+        LlakeyError: if all its seeds fail.
     """
     task, number = settings.slot(index)
     variation = number % world.task.variations

@@ -39,7 +39,7 @@ def write_language(root: Path) -> None:
         root: folder of a finished demonstrations dataset.
 
     Raises:
-        ValueError: if the dataset has no instruction column.
+        LlakeyError: if the dataset has no instruction column.
     """
     rewrite(root, _column, {LANGUAGE_PERSISTENT: language_feature_info()[LANGUAGE_PERSISTENT]})
 

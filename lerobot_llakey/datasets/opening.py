@@ -15,7 +15,7 @@ from lerobot.datasets.utils import INFO_PATH
 from lerobot.utils.constants import HF_LEROBOT_HOME
 
 from lerobot_llakey.checks.foreign_files import refuse_paths_outside
-from lerobot_llakey.errors import LlakeyError, MissingFileError
+from lerobot_llakey.errors import LlakeyError, MissingFileError, said
 from lerobot_llakey.files import reading
 
 _NOT_FETCHED = (HfHubHTTPError, HFValidationError, LocalEntryNotFoundError, OfflineModeIsEnabled, ConnectionError)
@@ -106,10 +106,9 @@ def _fetched(repo_id: str) -> LeRobotDataset:
     try:
         meta = LeRobotDatasetMetadata(repo_id)
     except _NOT_FETCHED as error:
-        said = " ".join(str(error).split())[:160]
         raise MissingFileError(
-            f"Expected a dataset {repo_id} in {HF_LEROBOT_HOME} or on the Hub, got neither ({said}); give the folder "
-            "of one by --root."
+            f"Expected a dataset {repo_id} in {HF_LEROBOT_HOME} or on the Hub, got neither ({said(error, 160)}); give "
+            "the folder of one by --root."
         ) from error
     _check_info(meta.root)
     refuse_paths_outside(meta.root)  # before files are fetched to where it says

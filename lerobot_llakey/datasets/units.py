@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from lerobot_llakey import schema
+from lerobot_llakey.checks.metadata import names_of
 from lerobot_llakey.errors import LlakeyError
 
 _FARTHEST = 10.0
@@ -30,10 +31,7 @@ def check_names(feature: Mapping[str, Any], key: str = schema.STATE) -> None:
     Raises:
         LlakeyError: if they do not, as where a quaternion was recorded as qw, qx, qy, qz.
     """
-    names = feature.get("names")
-    if isinstance(names, Mapping):
-        names = [name for group in names.values() for name in (group if isinstance(group, list) else [group])]
-    given = [str(name) for name in names or ()]
+    given = names_of(feature)
     moved = [
         name
         for place, name in enumerate(given)

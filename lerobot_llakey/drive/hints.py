@@ -17,7 +17,7 @@ def read_instruction(text: str, known: Iterable[str] = ()) -> str:
         known: instructions that the policy was trained on, from which the nearest is suggested.
 
     Raises:
-        ValueError: if the text is no basic action; one sentence with the nearest forms.
+        LlakeyError: if the text is no basic action; one sentence with the nearest forms.
     """
     try:
         return instructions.canonical(text)

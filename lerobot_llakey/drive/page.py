@@ -25,7 +25,7 @@ def require_gradio() -> Any:
     """The module ``gradio``, with its reports about use switched off.
 
     Raises:
-        RuntimeError: if it is not installed.
+        LlakeyError: if it is not installed.
     """
     os.environ["GRADIO_ANALYTICS_ENABLED"] = "False"
     try:
@@ -41,7 +41,7 @@ def build_page(session: Session) -> Any:
     """The page of a session, as a ``gradio.Blocks``; all its visitors share the drive.
 
     Raises:
-        RuntimeError: if gradio is not installed.
+        LlakeyError: if gradio is not installed.
     """
     gr = require_gradio()
     now = session.snapshot()

@@ -52,7 +52,7 @@ class Pilot:
         known: the instructions that the command policy was trained to say, where it lists them.
 
     Raises:
-        ValueError: if the agent's policy is no hierarchical one.
+        LlakeyError: if the agent's policy is no hierarchical one.
     """
 
     def __init__(self, agent: Agent) -> None:

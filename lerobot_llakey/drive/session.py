@@ -82,7 +82,7 @@ class Session:
             seed: index of the scene within the split.
 
         Raises:
-            ValueError: if the task is unknown or more than one, or the seed out of range.
+            LlakeyError: if the task is unknown or more than one, or the seed out of range.
         """
         tasks = parse_tasks(_text("a task's name", task))
         if len(tasks) != 1:
@@ -98,7 +98,7 @@ class Session:
         """Carry the proposal out.
 
         Raises:
-            ValueError: if there is no proposal, a correction has not become one yet, or the drive is running.
+            LlakeyError: if there is no proposal, a correction has not become one yet, or the drive is running.
         """
         with self._board.changed:
             now = self._board.now
@@ -116,7 +116,7 @@ class Session:
             steps: at most so many; None for no limit.
 
         Raises:
-            ValueError: if there is no episode, or no step to take.
+            LlakeyError: if there is no episode, or no step to take.
         """
         if steps is not None:
             require_count("the steps to run", steps, 1)

@@ -84,7 +84,7 @@ def evaluate_experts(
         All trials, by task and seed.
 
     Raises:
-        ValueError: if the split or the disturbance is unknown.
+        LlakeyError: if the split or the disturbance is unknown.
     """
     schema.scene_seed(split, num_episodes)
     check_disturbance(disturbance)

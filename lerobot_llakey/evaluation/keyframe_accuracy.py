@@ -66,7 +66,7 @@ def keyframe_accuracy(
         gripper and collision flag are right, the mean position error in millimetres, and the number of ``samples``.
 
     Raises:
-        ValueError: if the dataset is empty or has no instruction column.
+        LlakeyError: if the dataset is empty or has no instruction column.
     """
     size = len(cast(Sized, dataset))
     if size == 0:

@@ -103,7 +103,7 @@ def look(
         preprocessor: the policy's, where it has one.
 
     Raises:
-        ValueError: if the policy is of another kind, the index lies outside the dataset, or the frame breaks the
+        LlakeyError: if the policy is of another kind, the index lies outside the dataset, or the frame breaks the
             data contract.
     """
     action_policy = getattr(policy, "action", policy)

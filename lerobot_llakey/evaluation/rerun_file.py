@@ -20,7 +20,7 @@ def require_rerun() -> ModuleType:
     """The rerun library.
 
     Raises:
-        ValueError: if it is not installed.
+        LlakeyError: if it is not installed.
     """
     try:
         return importlib.import_module("rerun")
@@ -35,7 +35,7 @@ def write_rerun(look: Look, path: Path) -> None:
     """Save cloud, cameras, virtual views with heat maps, and both hands as an .rrd file.
 
     Raises:
-        ValueError: if rerun is not installed.
+        LlakeyError: if rerun is not installed.
     """
     rerun = require_rerun()
     recording = rerun.RecordingStream("llakey_show")

@@ -127,7 +127,7 @@ def stress(tasks: Sequence[str], num_actions: int, split: str = "val", num_worke
         What it came to, by task.
 
     Raises:
-        ValueError: if the split is unknown.
+        LlakeyError: if the split is unknown.
     """
     episodes = -(-num_actions // (MAX_STEPS * len(tasks)))
     jobs = [(task, [schema.scene_seed(split, index)]) for index in range(episodes) for task in tasks]

@@ -23,7 +23,7 @@ def success_table(episodes: Sequence[Episode]) -> str:
     """Episodes, successes and mean number of actions of each task, and their average over tasks.
 
     Raises:
-        ValueError: if there are no episodes.
+        LlakeyError: if there are no episodes.
     """
     if not episodes:
         raise LlakeyError("Expected at least one episode, got none; raise --num_episodes.")

@@ -125,7 +125,8 @@ def run_trial(arm: Arm, plan: Plan, trial: Trial) -> Record:
     """Run one episode; everything random follows from its scene's seed.
 
     Raises:
-        RuntimeError: if anything goes wrong, with the name of the episode.
+        LlakeyError: if what was handed in is wrong, with the name of the episode.
+        RuntimeError: at any other error, with the name of the episode.
     """
     with named(trial), single_threaded():
         spent = Clock()

@@ -27,7 +27,7 @@ class Policies:
         device: PyTorch's.
 
     Raises:
-        ValueError: if the action or the command policy has no recipe.
+        LlakeyError: if the action or the command policy has no recipe.
     """
 
     settings: TrainSettings

@@ -30,7 +30,7 @@ def reworded_copy(source: Path, target: Path, training: str) -> dict[str, str]:
         The new wording of each old one.
 
     Raises:
-        ValueError: if the dataset holds another task, or one wording stands for both sequences of one bulb.
+        LlakeyError: if the dataset holds another task, or one wording stands for both sequences of one bulb.
     """
     worded = {text: trained_wording(training, text, sequence) for text, sequence in _sequences(source).items()}
     unfinished = target.with_name(f".{target.name}")

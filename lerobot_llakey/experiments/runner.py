@@ -21,7 +21,7 @@ def run_stages(ledger: Ledger, side_by_side: int) -> None:
         side_by_side: trainings at the same time.
 
     Raises:
-        RuntimeError: if a training fails.
+        LlakeyError: if a training fails.
     """
     stages = list(ledger.stages.values())
     while left := [stage for stage in stages if not ledger.done(stage.name)]:

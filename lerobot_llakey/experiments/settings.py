@@ -185,7 +185,7 @@ def find_config(name: str, folders: Sequence[Path] | None = None) -> Path:
     """A file of ``configs/``: as given, or beside the package's sources, wherever the command is run.
 
     Raises:
-        FileNotFoundError: if there is none.
+        MissingFileError: if there is none.
     """
     package = Path(lerobot_llakey.__file__).parent
     given = Path(name)

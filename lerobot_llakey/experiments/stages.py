@@ -86,7 +86,7 @@ class Ledger:
         """Refuse settings other than those with which a stage was begun.
 
         Raises:
-            ValueError: naming the stage and what has changed.
+            LlakeyError: naming the stage and what has changed.
         """
         for name, marker in self.markers.items():
             changed = sorted(_changes(marker.settings, plain(self.stages[name].settings)))
@@ -107,7 +107,7 @@ class Ledger:
         """Remove the results of stages and of all that follow from them, so that they are done anew.
 
         Raises:
-            ValueError: if there is no such stage.
+            LlakeyError: if there is no such stage.
         """
         for name in names:
             if name not in self.stages:

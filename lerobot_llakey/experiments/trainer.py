@@ -39,7 +39,7 @@ def train_all(
         finished: told of each that is done, with the wall-clock and the processor seconds that it took.
 
     Raises:
-        RuntimeError: if one fails; its log says why. The others are ended and go on when started again.
+        LlakeyError: if one fails; its log says why. The others are ended and go on when started again.
     """
     # A process forked from one that has imported all that training needs starts at once.
     context = get_context("forkserver")

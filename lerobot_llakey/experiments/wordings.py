@@ -43,7 +43,7 @@ def reword(description: str, template: str) -> str:
     """A skill instruction of ``put_bulb`` in another wording.
 
     Raises:
-        ValueError: if it is no skill instruction of that task.
+        LlakeyError: if it is no skill instruction of that task.
     """
     found = _SKILL.fullmatch(description)
     if found is None:

@@ -75,7 +75,7 @@ class Muon(torch.optim.AdamW):
         **kwargs: as for ``torch.optim.AdamW``; the learning rate and weight decay are meant for both kinds.
 
     Raises:
-        ValueError: if a marked group holds a vector.
+        LlakeyError: if a marked group holds a vector.
     """
 
     def __init__(self, params: Any, momentum: float = 0.95, **kwargs: Any) -> None:

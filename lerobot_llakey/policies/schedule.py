@@ -26,7 +26,7 @@ class WarmupStableDecayConfig(LRSchedulerConfig):
         decay_share: share of all training steps over which the rate falls at the end, in 0..1.
 
     Raises:
-        ValueError: if ``decay_share`` is not within 0..1.
+        LlakeyError: if ``decay_share`` is not within 0..1.
     """
 
     num_warmup_steps: int = 100

@@ -14,7 +14,7 @@ from huggingface_hub.errors import HFValidationError
 from lerobot.utils.constants import POLICY_POSTPROCESSOR_DEFAULT_NAME, POLICY_PREPROCESSOR_DEFAULT_NAME
 from safetensors import safe_open
 
-from lerobot_llakey.errors import LlakeyError, MissingFileError
+from lerobot_llakey.errors import LlakeyError, MissingFileError, said
 from lerobot_llakey.files import reading
 from lerobot_llakey.saved.own import is_hub_name
 from lerobot_llakey.saved.processors import check_steps
@@ -53,10 +53,9 @@ def find_checkpoint(path: str | Path, **options: Any) -> Path:
     try:
         return Path(snapshot_download(name, **{"allow_patterns": list(_READ)} | options))
     except (OSError, ValueError, HFValidationError) as error:
-        said = " ".join(str(error).split())[:160]
         raise LlakeyError(
             f"Expected a checkpoint folder or a Hub name, got {name}: no folder here, and the Hub does not give it "
-            f"({type(error).__name__}: {said}); check the name, the network and your access."
+            f"({type(error).__name__}: {said(error, 160)}); check the name, the network and your access."
         ) from error
 
 

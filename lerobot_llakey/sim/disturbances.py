@@ -46,7 +46,7 @@ def make_disturbance(kind: str, rng: np.random.Generator) -> Disturbance:
         rng: decides when and how it strikes.
 
     Raises:
-        ValueError: if the kind is unknown.
+        LlakeyError: if the kind is unknown.
     """
     check_disturbance(kind)
     return Imprecision(rng) if kind == IMPRECISE else Event(kind, rng)
@@ -56,7 +56,7 @@ def check_disturbance(kind: str) -> None:
     """Refuse what is no disturbance; an empty text asks for none.
 
     Raises:
-        ValueError: if the kind is unknown.
+        LlakeyError: if the kind is unknown.
     """
     if kind and kind not in DISTURBANCES:
         raise LlakeyError(f"Expected a disturbance out of {', '.join(DISTURBANCES)}, got {kind!r}; pick one of these.")

@@ -21,7 +21,7 @@ def revolve(profile: ArrayLike, sides: int = 24) -> tuple[np.ndarray, np.ndarray
         Vertices (M, 3) in metres and triangles (F, 3) that face outwards.
 
     Raises:
-        ValueError: if the profile has another shape, a radius is negative, or there are fewer than three sides.
+        LlakeyError: if the profile has another shape, a radius is negative, or there are fewer than three sides.
     """
     outline = np.asarray(profile, dtype=np.float64)
     if outline.ndim != 2 or outline.shape[1] != 2 or len(outline) < 2 or outline[:, 0].min() < 0 or sides < 3:
@@ -58,7 +58,7 @@ def extrude(polygon: ArrayLike, height: float) -> tuple[np.ndarray, np.ndarray]:
         Vertices (2 N + 2, 3) and triangles (4 N, 3) that face outwards.
 
     Raises:
-        ValueError: if the polygon has another shape, the height is not positive, or the origin does not see each edge.
+        LlakeyError: if the polygon has another shape, the height is not positive, or the origin does not see each edge.
     """
     outline = np.asarray(polygon, dtype=np.float64)
     if outline.ndim != 2 or outline.shape[1] != 2 or len(outline) < 3 or height <= 0:

@@ -74,7 +74,7 @@ class Episode:
         """Action, instructions and keyframe columns of every frame.
 
         Raises:
-            ValueError: if the keyframes do not match the waypoints.
+            LlakeyError: if the keyframes do not match the waypoints.
         """
         return label(
             self.states,
@@ -210,7 +210,7 @@ def render_frames(
         The frame's index and its pictures by camera.
 
     Raises:
-        ValueError: if the world was reset for another scene since.
+        LlakeyError: if the world was reset for another scene since.
     """
     if world.seed != episode.seed or world.task.name != episode.task:
         raise LlakeyError(

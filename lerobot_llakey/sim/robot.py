@@ -41,7 +41,7 @@ def panda_spec(detailed: bool = False) -> mujoco.MjSpec:
     Sites: ``tcp`` lies between the fingertips, z out of the hand, the fingers open along y.
 
     Raises:
-        FileNotFoundError: if the gym-hil wheel carries no Panda model.
+        MissingFileError: if the gym-hil wheel carries no Panda model.
     """
     path = resources.files("gym_hil") / "assets" / "panda.xml"
     if not path.is_file():

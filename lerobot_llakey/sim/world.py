@@ -64,7 +64,7 @@ class World:
                 the task; or None.
 
         Raises:
-            ValueError: if the variation is out of range, or the disturbance unknown.
+            LlakeyError: if the variation is out of range, or the disturbance unknown.
         """
         count = self.task.variations
         if variation is not None:

@@ -112,7 +112,7 @@ def measure(
         num_workers: processes that load the data.
 
     Raises:
-        ValueError: if the dataset has no instructions or does not tell keyframes apart.
+        LlakeyError: if the dataset has no instructions or does not tell keyframes apart.
     """
     check_columns(dataset)
     chosen = samples(dataset, max_samples)

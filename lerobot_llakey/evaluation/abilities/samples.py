@@ -21,7 +21,7 @@ def check_columns(dataset: LeRobotDataset) -> None:
     """Refuse a dataset without instructions or that does not tell keyframes apart.
 
     Raises:
-        ValueError: naming what is missing.
+        LlakeyError: naming what is missing.
     """
     missing = [key for key in _NEEDED if key not in dataset.features]
     if missing:
@@ -43,7 +43,7 @@ def samples(dataset: LeRobotDataset, max_samples: int | None = None, seed: int =
         seed: of the frames that top up short segments of demonstrations.
 
     Raises:
-        ValueError: if the number is below 1.
+        LlakeyError: if the number is below 1.
     """
     if max_samples is not None and max_samples < 1:
         raise LlakeyError(f"Expected max_samples of 1 or more, got {max_samples}; leave it out for all.")

@@ -62,9 +62,9 @@ def run_experiment(
         The page in Markdown.
 
     Raises:
-        FileNotFoundError: if no row has a checkpoint.
-        ValueError: if the folder holds results of other settings.
-        RuntimeError: if another run is in the folder, or an episode fails.
+        MissingFileError: if no row has a checkpoint.
+        LlakeyError: if the folder holds results of other settings, another run is in it, or a process is killed.
+        RuntimeError: if an episode fails.
     """
     if samples is not None:
         samples.check()
@@ -98,7 +98,7 @@ def foresee(plan: Plan, rows: Sequence[Row], output: Output) -> Estimate:
     """How many episodes are left and how long they take, without leaving anything in the folder.
 
     Raises:
-        FileNotFoundError: if no row has a checkpoint.
+        MissingFileError: if no row has a checkpoint.
     """
     return estimate(plan, runnable(rows).rows, Records(output.folder / EPISODES), output.num_workers)
 

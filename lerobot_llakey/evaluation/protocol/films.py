@@ -52,7 +52,7 @@ def make_film(plan: Plan, record: Record, path: Path, detailed: bool) -> Path:
         The path.
 
     Raises:
-        RuntimeError: if the episode does not come out as it was recorded.
+        LlakeyError: if the episode does not come out as it was recorded.
     """
     with named(record.trial), single_threaded():
         env = make_env(plan, record.trial, detailed)

@@ -57,8 +57,8 @@ def load_row(row: Row, oracle: bool = False) -> Actor:
         oracle: let the expert's instructions, which the environment must give, take the command policy's place.
 
     Raises:
-        FileNotFoundError: if a checkpoint is missing.
-        ValueError: if one is of another kind, or a setting is unknown.
+        MissingFileError: if a checkpoint is missing.
+        LlakeyError: if one is of another kind, or a setting is unknown.
     """
     if row.policy_path == EXPERT:
         return Expert()

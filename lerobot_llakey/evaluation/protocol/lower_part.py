@@ -55,7 +55,7 @@ def measure_rows(rows: Sequence[Row], samples: AbilitySamples, folder: Path) -> 
         For each row, ability and task what :meth:`Measured.summary` tells.
 
     Raises:
-        ValueError: if the dataset has no instructions or does not tell keyframes apart.
+        LlakeyError: if the dataset has no instructions or does not tell keyframes apart.
     """
     path = folder / _FILE
     done: dict[str, Any] = {"samples": asdict(samples), "rows": {}}

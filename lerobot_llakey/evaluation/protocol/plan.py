@@ -59,7 +59,7 @@ class Plan:
         blame: run failed episodes again with the oracle's instructions.
 
     Raises:
-        ValueError: if a count is not positive, or a split, scene or disturbance does not exist.
+        LlakeyError: if a count is not positive, or a split, scene or disturbance does not exist.
     """
 
     tasks: tuple[str, ...]

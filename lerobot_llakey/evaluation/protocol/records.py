@@ -43,7 +43,7 @@ class Record:
         """Inverse of :meth:`to_line`.
 
         Raises:
-            ValueError: if the line does not hold a record.
+            LlakeyError: if the line does not hold a record.
         """
         try:
             content = json.loads(line)
@@ -68,7 +68,7 @@ class Records:
         path: the file; made where it is missing.
 
     Raises:
-        ValueError: if a line other than the last is no record.
+        LlakeyError: if a line other than the last is no record.
     """
 
     def __init__(self, path: Path) -> None:

@@ -38,7 +38,7 @@ class Replay:
         """The recorded action (9,) and its instruction, or the successor's.
 
         Raises:
-            RuntimeError: if the episode goes on although its record has ended.
+            LlakeyError: if the episode goes on although its record has ended.
         """
         if self._step < len(self._steps):
             action, instruction = self._steps[self._step]

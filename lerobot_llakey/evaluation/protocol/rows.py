@@ -66,8 +66,8 @@ def read_rows(rows: str) -> list[Row]:
         rows: a file ending in .yaml or .yml, or what LeRobot calls ``--policy.path``, several separated by commas.
 
     Raises:
-        FileNotFoundError: if there is no such file.
-        ValueError: if it does not hold rows, or two have one name.
+        MissingFileError: if there is no such file.
+        LlakeyError: if it does not hold rows, or two have one name.
     """
     if rows.endswith((".yaml", ".yml")):
         path = Path(rows)

@@ -38,7 +38,7 @@ def runnable(rows: Sequence[Row]) -> Runnable:
     """Tell the rows apart whose checkpoints are there.
 
     Raises:
-        FileNotFoundError: if no row can be run.
+        MissingFileError: if no row can be run.
     """
     missing = {row.name: reason for row in rows if (reason := why_missing(row))}
     found = [row for row in rows if row.name not in missing]
@@ -58,7 +58,8 @@ def run_missing(plan: Plan, rows: Sequence[Row], records: Records, num_workers: 
         num_workers: processes; one for each CPU core where 0, none but this one where 1.
 
     Raises:
-        RuntimeError: if an episode or a process fails; what was done before is kept.
+        LlakeyError: if a process is killed; what was done before is kept.
+        RuntimeError: if an episode fails; see :func:`run_trial`.
     """
     by_name = {row.name: row for row in rows}
     trials = plan.trials(rows)

@@ -36,7 +36,7 @@ def claim(folder: Path, settings: dict[str, Any]) -> None:
     A row whose checkpoint was missing before may have one now.
 
     Raises:
-        ValueError: if the folder's table was begun with other settings.
+        LlakeyError: if the folder's table was begun with other settings.
     """
     path = folder / _FILE
     if path.exists():

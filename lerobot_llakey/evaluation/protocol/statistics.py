@@ -19,7 +19,7 @@ def trimmed_mean(values: Sequence[float]) -> float:
     """Mean of the repeats that count.
 
     Raises:
-        ValueError: if there are none.
+        LlakeyError: if there are none.
     """
     if not values:
         raise LlakeyError("Expected the figures of at least one repeat, got none.")

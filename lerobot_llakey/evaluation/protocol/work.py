@@ -72,7 +72,8 @@ def run_trial(row: Row, plan: Plan, trial: Trial) -> Record:
     what the process has done before nor on how many others there are.
 
     Raises:
-        RuntimeError: if anything goes wrong, with the name of the episode.
+        LlakeyError: if what was handed in is wrong, with the name of the episode.
+        RuntimeError: at any other error, with the name of the episode.
     """
     with named(trial), single_threaded():
         started = time.perf_counter()

@@ -197,7 +197,7 @@ class LlakeyActionConfig(KeyframePolicyConfig):
         """Check that a dataset to train on has the instruction column.
 
         Raises:
-            ValueError: if the policy is conditioned on instructions and the dataset has none.
+            LlakeyError: if the policy is conditioned on instructions and the dataset has none.
         """
         if self.condition_on != "task" and schema.INSTRUCTION not in features:
             raise LlakeyError(

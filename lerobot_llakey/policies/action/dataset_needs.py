@@ -33,7 +33,7 @@ def check_training_dataset(config: LlakeyActionConfig, meta: Any) -> None:
         meta: a ``LeRobotDatasetMetadata``.
 
     Raises:
-        ValueError: if a column is missing or wrong, see :mod:`lerobot_llakey.checks.dataset`.
+        LlakeyError: if a column is missing or wrong, see :mod:`lerobot_llakey.checks.dataset`.
     """
     config.validate_instructions(meta.features)
     check_dataset(meta, dataset_needs(config))

@@ -95,7 +95,7 @@ def make_text_encoder(config: LlakeyActionConfig) -> TextEncoder | HubTextEncode
     """The text encoder that the settings ask for.
 
     Raises:
-        ValueError: if ``config.text_model`` names none.
+        LlakeyError: if ``config.text_model`` names none.
     """
     if config.text_model is not None:
         return HubTextEncoder(config.text_model)

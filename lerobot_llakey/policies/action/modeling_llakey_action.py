@@ -41,7 +41,6 @@ from lerobot_llakey.policies.action.views.scene import Scene
 from lerobot_llakey.policies.batch import check_actions, check_loss, read_numbers, read_states, weighted
 from lerobot_llakey.policies.draws import numpy_generator, seeded_by_step
 from lerobot_llakey.policies.precision import autocast
-from lerobot_llakey.policies.texts import reworded
 from lerobot_llakey.saved.weights import CheckedWeights
 
 CONDITION = 128
@@ -139,10 +138,7 @@ class LlakeyActionPolicy(CheckedWeights, PreTrainedPolicy):
             if self.training:
                 cloud = varied(cloud, len(target), config.point_dropout, config.colour_jitter)
             hand = read_proprioception(batch, config, config.turn_blur if self.training else 0.0)
-        texts = read_texts(batch, config)
-        if self.training:
-            rng = numpy_generator()
-            texts[-1] = [reworded(text, config.paraphrase_probability, rng) for text in texts[-1]]
+        texts = read_texts(batch, config, numpy_generator() if self.training else None)
         with self._autocast():
             scene = self._scene(cloud, hand, texts, labels.lift)
             looks = {"coarse": (self.coarse(scene, torch.zeros_like(target), 1.0), target)}

@@ -163,7 +163,7 @@ class LlakeyCommandConfig(PretrainedModelSettings, KeyframePolicyConfig):
         """Check that every view is among the input features.
 
         Raises:
-            ValueError: if one is missing.
+            LlakeyError: if one is missing.
         """
         visual = {key for key, feature in (self.input_features or {}).items() if feature.type is FeatureType.VISUAL}
         missing = [key for key in self.image_keys if key not in visual]

@@ -44,7 +44,7 @@ def build_language_model(config: LlakeyCommandConfig, assets_dir: str | Path | N
         assets_dir: folder of a saved pretrained model's architecture and processor; its weights come later.
 
     Raises:
-        ValueError: if the model cannot be found or has no part that the settings name.
+        LlakeyError: if the model cannot be found or has no part that the settings name.
     """
     if config.model is None:
         # Without words the vocabulary of a dataset is unknown; bytes and the grammar still spell everything.

@@ -35,7 +35,7 @@ class PoseText:
         workspace: bounds in metres of x, y and z.
 
     Raises:
-        ValueError: if the bins are too few or too many, or a bound of the workspace is upside down.
+        LlakeyError: if the bins are too few or too many, or a bound of the workspace is upside down.
     """
 
     bins: int = 256
@@ -85,7 +85,7 @@ class PoseText:
         """The action (9,) float32 of a text: the middles of its bins, and a unit quaternion xyzw with w >= 0.
 
         Raises:
-            ValueError: if the text is not nine numbers that there may be.
+            LlakeyError: if the text is not nine numbers that there may be.
         """
         words = text.split()
         numbers = [int(word) for word in words if word.isdecimal()]

@@ -34,8 +34,8 @@ def compose(
         The policy, ready to act.
 
     Raises:
-        FileNotFoundError: if a path holds no checkpoint.
-        ValueError: if one is a checkpoint of another kind.
+        MissingFileError: if a path holds no checkpoint.
+        LlakeyError: if one is a checkpoint of another kind.
     """
     config = LlakeyConfig(command_path=str(command_path), action_path=str(action_path), **settings)
     policy = LlakeyPolicy(config).eval()
@@ -61,8 +61,8 @@ def split(policy_path: str | Path, output_dir: str | Path, half: bool = False) -
         The two folders.
 
     Raises:
-        FileNotFoundError: if the path holds no checkpoint.
-        ValueError: if it is of another kind, or has no command policy.
+        MissingFileError: if the path holds no checkpoint.
+        LlakeyError: if it is of another kind, or has no command policy.
     """
     policy = LlakeyPolicy.from_pretrained(policy_path)
     if policy.command is None:

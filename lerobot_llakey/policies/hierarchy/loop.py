@@ -54,7 +54,7 @@ class Loop:
             batch: the observation, with ``observation.state`` (B, 15).
 
         Raises:
-            ValueError: if the state is missing, or the number of rows or the thread changed without a reset.
+            LlakeyError: if the state is missing, or the number of rows or the thread changed without a reset.
         """
         if schema.STATE not in batch:
             raise LlakeyError(

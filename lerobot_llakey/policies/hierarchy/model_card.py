@@ -31,7 +31,7 @@ def results_table(results: Any) -> str:
             ``llakey table`` writes them; under ``episodes`` a list with ``task`` and ``success``, as ``llakey demo``.
 
     Raises:
-        ValueError: if it holds none of them.
+        LlakeyError: if it holds none of them.
     """
     try:
         if "markdown" in results:
@@ -72,8 +72,8 @@ def read_results(path: str | Path) -> str:
     """The Markdown table in a ``results.json``, or in the one in a folder.
 
     Raises:
-        FileNotFoundError: if there is none.
-        ValueError: if it is no evaluation's.
+        MissingFileError: if there is none.
+        LlakeyError: if it is no evaluation's.
     """
     file = Path(path) / RESULTS_FILE if Path(path).is_dir() else Path(path)
     if not file.is_file():
@@ -88,8 +88,8 @@ def known_results(path: str | None, folder: Path | None) -> str | None:
     """The table that a setting names, else that of the ``results.json`` in a folder, else None.
 
     Raises:
-        FileNotFoundError: if the setting leads nowhere.
-        ValueError: if there is something else.
+        MissingFileError: if the setting leads nowhere.
+        LlakeyError: if there is something else.
     """
     if path is not None:
         return read_results(path)

@@ -17,7 +17,7 @@ def turned(first: np.ndarray, second: np.ndarray) -> float:
     """Degrees, 0 to 180, between the orientations of two states or actions.
 
     Raises:
-        ValueError: if a quaternion is not four finite numbers of non-zero length.
+        LlakeyError: if a quaternion is not four finite numbers of non-zero length.
     """
     quaternions = [canonical_quaternion(pose[schema.QUATERNION]) for pose in (first, second)]
     return float(np.degrees(2 * np.arccos(min(1.0, abs(float(quaternions[0] @ quaternions[1]))))))

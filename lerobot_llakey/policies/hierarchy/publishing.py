@@ -33,8 +33,8 @@ class PublishedPolicy(PreTrainedPolicy):
             **kwargs: likewise.
 
         Raises:
-            FileNotFoundError: if ``results_path`` leads nowhere.
-            ValueError: if what is there is no evaluation.
+            MissingFileError: if ``results_path`` leads nowhere.
+            LlakeyError: if what is there is no evaluation.
         """
         return fill_card(
             super().generate_model_card(*args, **kwargs), known_results(self.config.results_path, self.evaluated_in)

@@ -130,7 +130,7 @@ class Supervisor:
             (9,) float32 with a unit quaternion.
 
         Raises:
-            ValueError: if the quaternion to execute is not four finite numbers of non-zero length.
+            LlakeyError: if the quaternion to execute is not four finite numbers of non-zero length.
         """
         settings, state = self.settings, np.asarray(state, dtype=np.float64)
         if self.repeats > settings.repeat_threshold and self.rng.random() < settings.random_move_probability:

@@ -25,7 +25,7 @@ def make_task(name: str) -> Task:
     """A fresh task by name.
 
     Raises:
-        ValueError: if there is no such task.
+        LlakeyError: if there is no such task.
     """
     return task_classes()[parse_tasks(name)[0]]()
 

@@ -67,11 +67,6 @@ def test_loss_is_on_the_answer_alone(policy, batch):
     assert labels.shape[1] < inputs["input_ids"].shape[1]
 
 
-def test_constrained_answers_are_known_instructions_even_untrained(policy, batch):
-    assert policy.config.constrain
-    assert set(policy.next_instructions(batch)) <= set(policy.config.instructions)
-
-
 def test_training_aid_is_added_in_training_only(policy, batch):
     policy.config.history_dropout = policy.config.shift_pixels = policy.config.colour_jitter = 0
     plain, metrics = policy.eval().forward(batch)
@@ -233,25 +228,6 @@ def test_tells_hands_apart_that_only_their_state_tells_apart(small_settings, key
     assert loaded.next_instructions(batch) == [second, first, second, first]
 
 
-def test_the_model_is_asked_only_where_the_arm_stands(policy, batch):
-    policy.eval()
-    moves = (batch[schema.VELOCITY][:, 0] > 0).tolist()
-    previous = batch[schema.PREVIOUS_INSTRUCTION]
-    assert True in moves and False in moves
-    policy.config.hold_above = None
-    model = policy.answer(batch)
-    policy.answered = policy.held = 0
-    policy.config.hold_above = 0.1
-    answers = policy.answer(batch)
-    for moved, said, answer, own in zip(moves, previous, answers, model, strict=True):
-        assert answer.text == (said if moved else own.text)
-        assert math.isnan(answer.likelihood) if moved else answer.likelihood == pytest.approx(own.likelihood, rel=1e-3)
-    assert (policy.answered, policy.held) == (moves.count(False), moves.count(True))
-    batch[schema.VELOCITY] = torch.ones_like(batch[schema.VELOCITY])
-    batch[schema.PREVIOUS_INSTRUCTION] = ["grasp the red block"] * len(moves)
-    assert policy.next_instructions(batch) == ["grasp the red block"] * len(moves)
-
-
 @pytest.mark.parametrize(
     ("key", "value", "said"),
     [
@@ -267,11 +243,6 @@ def test_texts_that_make_no_sense_are_refused_with_their_row(policy, batch, key,
     texts = [*batch[key][:1], value, *batch[key][2:]]
     with pytest.raises(LlakeyError, match=rf"Expected {said}.* batch row 1"):
         policy.forward(batch | {key: texts})
-
-
-def test_a_task_without_words_is_not_acted_on(policy, batch):
-    with pytest.raises(LlakeyError, match="words in task, got an empty text in batch row 0"):
-        policy.answer(batch | {schema.TASK: [""] * 6})
 
 
 def test_poses_of_the_training_aid_are_checked(policy, batch):

@@ -94,7 +94,7 @@ def varied(cloud: PointCloud, batch: int, point_dropout: float, colour_jitter: f
         colour_jitter: red, green and blue of a row are each multiplied by a number in 1 -+ this, and stay in 0..1.
 
     Raises:
-        ValueError: naming the batch row if one has no point left.
+        LlakeyError: naming the batch row if one has no point left.
     """
     points, colours, rows = cloud.points, cloud.colours, cloud.rows
     if colour_jitter > 0:

@@ -9,6 +9,7 @@ import torch
 from torch import Tensor
 
 from lerobot_llakey import schema
+from lerobot_llakey.checks.calibration import CENTRE
 from lerobot_llakey.errors import LlakeyError
 
 RIGID_TOLERANCE = 0.01
@@ -21,8 +22,6 @@ SKEW = 0.01
 """Share of the focal length that the skew may have, and the last row of the intrinsics may be off."""
 ANGLES = (2.0, 170.0)
 """Degrees that a pinhole camera's field of view lies between."""
-CENTRE = (0.25, 0.75)
-"""Shares of the image's size between which the principal point lies; images resized by two or more fall outside."""
 
 
 def check_calibration(intrinsics: Tensor, extrinsics: Tensor, cameras: Sequence[str], size: tuple[int, int]) -> None:
@@ -35,8 +34,8 @@ def check_calibration(intrinsics: Tensor, extrinsics: Tensor, cameras: Sequence[
         size: height and width of the images in pixels.
 
     Raises:
-        ValueError: naming the key, camera and batch row if the intrinsics are those of an image of another size, or the
-            extrinsics are no rigid transform.
+        LlakeyError: naming the key, camera and batch row if the intrinsics are those of an image of another size, or
+            the extrinsics are no rigid transform.
     """
     centres = intrinsics[..., :2, 2]
     shares = centres / centres.new_tensor((size[1], size[0]))

@@ -92,7 +92,7 @@ def fuse_views(batch: Mapping[str, Any], cameras: Sequence[str], workspace: Tens
         The points inside the workspace, where depth was measured, see :func:`camera_checks.measured`.
 
     Raises:
-        ValueError: naming the key and batch row if a camera or its calibration is missing, an image's size does not
+        LlakeyError: naming the key and batch row if a camera or its calibration is missing, an image's size does not
             fit its intrinsics, extrinsics are no rigid transform, colours or depths are in another unit, or a row has
             no point inside the workspace.
     """

@@ -5,16 +5,25 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
 from lerobot_llakey import schema
 from lerobot_llakey.policies.action.configuration_llakey_action import LlakeyActionConfig
-from lerobot_llakey.policies.texts import text_column
+from lerobot_llakey.policies.texts import reworded, text_column
 
 
-def read_texts(batch: Mapping[str, Any], config: LlakeyActionConfig) -> list[list[str]]:
+def read_texts(
+    batch: Mapping[str, Any], config: LlakeyActionConfig, rng: np.random.Generator | None = None
+) -> list[list[str]]:
     """The texts that steer a batch, as ``config.condition_on`` asks: of the task, of the instruction, or of both.
 
     Without an instruction column the expert's instruction is read where ``config.instruction_source`` allows it and
     the environment gives it, and the skill instruction otherwise.
+
+    Args:
+        batch: in the data contract.
+        config: which texts steer.
+        rng: in training, draws the rows whose last text is reworded; None rewords none.
 
     Returns:
         One list with a text for each row, or two: the tasks, then the instructions.
@@ -28,6 +37,8 @@ def read_texts(batch: Mapping[str, Any], config: LlakeyActionConfig) -> list[lis
         parts.append(text_column(batch, schema.TASK, rows))
     if config.condition_on != "task":
         parts.append(_instructions(batch, config, rows))
+    if rng is not None:
+        parts[-1] = [reworded(text, config.paraphrase_probability, rng) for text in parts[-1]]
     return parts
 
 

@@ -32,7 +32,7 @@ class HubTextEncoder(nn.Module):
         width: of the token features.
 
     Raises:
-        ValueError: if no text model is found under the name.
+        LlakeyError: if no text model is found under the name.
     """
 
     here: Tensor

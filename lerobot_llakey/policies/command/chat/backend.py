@@ -27,9 +27,8 @@ class ChatBackend:
         config: of the policy; ``instructions`` are the known answers.
 
     Raises:
-        ValueError: if no model is named, the address holds a secret, or known instructions are to be listed and none
-            are known.
-        RuntimeError: if the ``openai`` package is not installed.
+        LlakeyError: if no model is named, the address holds a secret, known instructions are to be listed and none are
+            known, or the ``openai`` package is not installed.
     """
 
     def __init__(self, config: LlakeyCommandConfig) -> None:

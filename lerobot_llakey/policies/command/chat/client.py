@@ -16,7 +16,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from lerobot_llakey import instructions
-from lerobot_llakey.errors import LlakeyError
+from lerobot_llakey.errors import LlakeyError, said
 from lerobot_llakey.policies.command.chat.answers import first_instruction
 from lerobot_llakey.policies.command.chat.bounded import Background, bounded_http, too_long
 from lerobot_llakey.policies.command.chat.counts import ChatCounts
@@ -199,11 +199,11 @@ class ChatClient:
     def _refused(self, error: Any) -> LlakeyError:
         """The error for a request that the server will not take, however often it is sent."""
         status = error.status_code
-        said = " ".join(str(error.message).split())[:300]
-        if self._is_secret(said):
-            said = "its words repeat the API key and are left out"
+        words = said(error.message, 300)
+        if self._is_secret(words):
+            words = "its words repeat the API key and are left out"
         elsewhere = 300 <= status < 400
-        reason = "it sends elsewhere" if elsewhere else _REASONS.get(status, said)
+        reason = "it sends elsewhere" if elsewhere else _REASONS.get(status, words)
         advice = {
             401: f"set the environment variable {self.settings.api_key_env} to a valid key",
             403: f"set the environment variable {self.settings.api_key_env} to a key that may",

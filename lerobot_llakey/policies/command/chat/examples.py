@@ -25,7 +25,7 @@ def draw_examples(settings: ChatSettings, views: Sequence[str], history: bool) -
         history: whether the question tells the instruction last commanded.
 
     Raises:
-        ValueError: if the dataset is too small, or lacks the instructions or a view.
+        LlakeyError: if the dataset is too small, or lacks the instructions or a view.
     """
     if not settings.examples:
         return []

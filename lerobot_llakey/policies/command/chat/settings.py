@@ -71,7 +71,7 @@ def check_address(base_url: str | None, model: str | None) -> None:
     """Refuse an incomplete address, and one that holds a secret, since addresses are saved and shown.
 
     Raises:
-        ValueError: see above.
+        LlakeyError: see above.
     """
     if not model:
         raise LlakeyError(

@@ -19,7 +19,7 @@ class Choice:
         temperature: divides the scores before the draw; below 1 the draw is nearer to the most probable one.
 
     Raises:
-        ValueError: if the temperature is not above 0.
+        LlakeyError: if the temperature is not above 0.
     """
 
     sample: bool = False

@@ -31,7 +31,7 @@ def adapter_targets(model: nn.Module, trained: Sequence[str], stop_id: int, meth
         method: peft's name of the method; LoRA alone can train single rows, others train the output layer whole.
 
     Raises:
-        ValueError: if no part that gets adapters is trained.
+        LlakeyError: if no part that gets adapters is trained.
     """
     layers: dict[str, set[str]] = {}
     projectors: set[str] = set()
@@ -65,7 +65,7 @@ def adapter_base(folder: Path) -> str:
     """Name or folder of what an adapter was trained on.
 
     Raises:
-        ValueError: if the adapter does not say.
+        LlakeyError: if the adapter does not say.
     """
     base = read_json(folder / ADAPTER, "adapter's settings").get("base_model_name_or_path")
     if not base or not isinstance(base, str):
@@ -117,7 +117,7 @@ class TakesAdapters:
         """Refuse to train weights of 4 bits.
 
         Raises:
-            ValueError: if the weights are quantised and the policy is not wrapped in adapters.
+            LlakeyError: if the weights are quantised and the policy is not wrapped in adapters.
         """
         if self.config.quantize and not self.config.use_peft:
             raise LlakeyError(

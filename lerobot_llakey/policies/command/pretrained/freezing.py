@@ -33,7 +33,7 @@ def train_parts(model: nn.Module, trained: Sequence[str]) -> None:
         trained: the parts, out of ``PARTS``.
 
     Raises:
-        ValueError: if the model lacks a part that has to be told apart.
+        LlakeyError: if the model lacks a part that has to be told apart.
     """
     parts = {name: part_of(name) for name, _ in model.named_parameters()}
     missing = sorted(set(PARTS) - set(parts.values()))

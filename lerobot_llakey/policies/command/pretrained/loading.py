@@ -31,7 +31,7 @@ def load_pretrained(
         quantize: "4bit" or None.
 
     Raises:
-        ValueError: if there is no such model, it is out of reach, it takes no images, or it cannot be quantised here.
+        LlakeyError: if there is no such model, it is out of reach, it takes no images, or it cannot be quantised here.
     """
     looks_local = name.startswith((".", "/", "~")) or name.count("/") > 1
     path = Path(name).expanduser()

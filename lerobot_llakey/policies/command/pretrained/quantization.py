@@ -15,7 +15,7 @@ def quantized_loading(quantize: str | None) -> dict[str, Any]:
     """What ``from_pretrained`` is told to quantise the weights; nothing where ``quantize`` is None.
 
     Raises:
-        ValueError: if bitsandbytes or a CUDA GPU is missing.
+        LlakeyError: if bitsandbytes or a CUDA GPU is missing.
     """
     if quantize is None:
         return {}

@@ -61,7 +61,7 @@ class PretrainedModelSettings:
         """Refuse settings that contradict one another.
 
         Raises:
-            ValueError: naming what was expected and what came.
+            LlakeyError: naming what was expected and what came.
         """
         if self.train is not None and (not self.train or set(self.train) - set(PARTS)):
             raise LlakeyError(f"Expected `train` to list some of {list(PARTS)}, got {self.train}; name what to train.")

@@ -18,7 +18,7 @@ class Target(ABC):
         """The right answer of each row of a training batch.
 
         Raises:
-            ValueError: if what it is made from is missing in the batch.
+            LlakeyError: if what it is made from is missing in the batch.
         """
 
     @abstractmethod

@@ -20,7 +20,7 @@ def build_commander(config: LlakeyConfig, command: LlakeyCommandPolicy | None) -
         command: its command policy; None where another commands.
 
     Raises:
-        ValueError: if the command policy answers with poses rather than instructions.
+        LlakeyError: if the command policy answers with poses rather than instructions.
     """
     if command is not None:
         if command.config.target != "instruction":

@@ -62,7 +62,7 @@ class Commander(ABC):
             One answer for each of ``rows``.
 
         Raises:
-            ValueError: if the batch lacks what the commander needs.
+            LlakeyError: if the batch lacks what the commander needs.
         """
 
     def with_tasks(self, batch: Mapping[str, Any]) -> Mapping[str, Any]:

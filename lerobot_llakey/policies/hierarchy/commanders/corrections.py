@@ -75,7 +75,7 @@ class Corrections(Commander):
             The instruction in its canonical wording, as it will be carried out.
 
         Raises:
-            ValueError: if the text is no basic action, or ``hold`` is neither.
+            LlakeyError: if the text is no basic action, or ``hold`` is neither.
         """
         if hold not in ("once", "done"):
             raise LlakeyError(f"Expected hold to be 'once' or 'done', got {hold!r}; pick one of these.")

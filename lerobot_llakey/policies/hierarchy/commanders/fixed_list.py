@@ -19,7 +19,7 @@ class ListCommander(Commander):
         instructions: at least one text.
 
     Raises:
-        ValueError: if the list is empty.
+        LlakeyError: if the list is empty.
     """
 
     def __init__(self, instructions: Sequence[str]) -> None:

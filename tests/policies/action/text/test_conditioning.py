@@ -1,5 +1,6 @@
 """The words that steer the action policy come from where the settings say."""
 
+import numpy as np
 import pytest
 import torch
 
@@ -23,6 +24,16 @@ def test_the_task_alone_or_both_can_steer() -> None:
     batch |= {schema.TASK: ["close the red jar"], schema.INSTRUCTION: ["grasp the red lid"]}
     assert read_texts(batch, small_config(condition_on="task")) == [["close the red jar"]]
     assert read_texts(batch, small_config(condition_on="both")) == [["close the red jar"], ["grasp the red lid"]]
+
+
+def test_in_training_the_last_text_alone_is_reworded() -> None:
+    batch, _, _ = observation(rows=20)
+    batch |= {schema.TASK: ["grasp the red lid"] * 20, schema.INSTRUCTION: ["grasp the red lid"] * 20}
+    config = small_config(condition_on="both", paraphrase_probability=1.0)
+    tasks, instructions = read_texts(batch, config, np.random.default_rng(0))
+    assert set(tasks) == {"grasp the red lid"}
+    assert "grab the red lid" in instructions
+    assert read_texts(batch, config) == [tasks, tasks]
 
 
 def test_an_empty_instruction_is_named_with_its_row() -> None:
