@@ -9,7 +9,7 @@ import numpy as np
 from lerobot_llakey import schema
 from lerobot_llakey.checks.columns import Columns
 from lerobot_llakey.checks.finding import Finding, told
-from lerobot_llakey.checks.views import in_picture, in_rows_readings, readings, seen_shares
+from lerobot_llakey.checks.views import in_picture, motion_against_hand, readings, seen_share
 
 CENTRE = (0.25, 0.75)
 """Shares of a picture's size between which the principal point lies; pictures resized by two or more fall outside."""
@@ -116,7 +116,7 @@ def check_views(columns: Columns, cameras: Sequence[str], sizes: Mapping[str, Si
     key = schema.EXTRINSICS
     for number, camera in enumerate(cameras):
         seen = matrices[usable, number].astype(float), intrinsics[usable, number].astype(float)
-        moving = in_rows_readings(seen[0], state[usable])
+        moving = motion_against_hand(seen[0], state[usable])
         if moving is not None and moving.given > moving.tolerance:
             if moving.better:
                 got = f"one that would if it were read as {moving.better}"
@@ -127,7 +127,7 @@ def check_views(columns: Columns, cameras: Sequence[str], sizes: Mapping[str, Si
                 advice = "check its calibration, and the order of the quaternion"
                 yield Finding(key, expected, got, advice, certain=False)
             continue
-        given = seen_shares(*seen, places[usable], sizes[camera])
+        given = seen_share(*seen, places[usable], sizes[camera])
         if given >= _SELDOM:
             continue
         others = {name: in_picture(other, seen[1], places[usable], sizes[camera]).mean()

@@ -46,7 +46,7 @@ def in_picture(extrinsics: np.ndarray, intrinsics: np.ndarray, points: np.ndarra
     return (depth > _NEAREST) & (pixels >= 0).all(axis=1) & (pixels < (width, height)).all(axis=1)
 
 
-def seen_shares(extrinsics: np.ndarray, intrinsics: np.ndarray, points: np.ndarray, size: tuple[int, int]) -> float:
+def seen_share(extrinsics: np.ndarray, intrinsics: np.ndarray, points: np.ndarray, size: tuple[int, int]) -> float:
     """The share of :func:`in_picture`."""
     return float(in_picture(extrinsics, intrinsics, points, size).mean())
 
@@ -79,7 +79,7 @@ class Moving:
     better: str
 
 
-def in_rows_readings(extrinsics: np.ndarray, state: np.ndarray) -> Moving | None:
+def motion_against_hand(extrinsics: np.ndarray, state: np.ndarray) -> Moving | None:
     """How a camera of matrices (N, 4, 4) moves against the hand of states (N, 15); None for one that stands still."""
     if np.ptp(extrinsics[:, :3, 3], axis=0).max() < _STILL and np.ptp(extrinsics[:, :3, :3], axis=0).max() < _STILL:
         return None

@@ -15,7 +15,7 @@ from lerobot_llakey import schema
 from lerobot_llakey.bounds import require_count
 from lerobot_llakey.dagger.episode import visited_frames
 from lerobot_llakey.dagger.plan import DaggerSettings
-from lerobot_llakey.datasets.collect import quieten
+from lerobot_llakey.datasets.collect import MOST_WORKERS, quieten
 from lerobot_llakey.datasets.demonstrations import ROBOT_TYPE
 from lerobot_llakey.datasets.image_dataset import ImageDatasetWriter
 from lerobot_llakey.datasets.parts import THROWN, growing
@@ -28,7 +28,6 @@ from lerobot_llakey.sim.recorder import FPS
 _KIND = "keysteps"
 _PART_EPISODES = 10
 """At most so many episodes are lost when a run is killed."""
-_MOST_WORKERS = 256
 
 
 def collect(settings: DaggerSettings, root: Path, repo_id: str, num_workers: int = 0) -> None:
@@ -44,7 +43,7 @@ def collect(settings: DaggerSettings, root: Path, repo_id: str, num_workers: int
         LlakeyError: if the folder was begun with other settings.
         MissingFileError: if there is no such policy.
     """
-    require_count("--num_workers", num_workers, 0, _MOST_WORKERS)
+    require_count("--num_workers", num_workers, 0, MOST_WORKERS)
     with growing(settings.resumable(), len(settings), {_KIND: (root, repo_id)}, _PART_EPISODES) as growth:
         spans = [] if growth.begin else list(settings.parts(growth.part_size))
         planned = {growth.parts / f"{task}-{start:06d}": (task, start, stop) for task, start, stop in spans}

@@ -32,7 +32,7 @@ from lerobot_llakey.errors import LlakeyError
 _PART_EPISODES = 48
 """At most so many episodes are lost when a process is killed."""
 _POLL_SECONDS = 0.2
-_MOST_WORKERS = 256
+MOST_WORKERS = 256
 
 
 _progress: Any = None
@@ -96,7 +96,7 @@ def collect(
     named = targets.named()
     if not named:
         raise LlakeyError("Expected demonstrations, keysteps or both to be collected, got neither; give one a folder.")
-    require_count("--num_workers", num_workers, 0, _MOST_WORKERS)
+    require_count("--num_workers", num_workers, 0, MOST_WORKERS)
     quieten()
     workers = num_workers or os.cpu_count() or 1
     with growing(settings.resumable(), len(settings), named, _part_size(len(settings), workers)) as growth:

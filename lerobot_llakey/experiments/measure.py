@@ -24,7 +24,7 @@ from lerobot_llakey.evaluation.film import Film
 from lerobot_llakey.evaluation.rollout import Agent, run_episode
 from lerobot_llakey.experiments.rates import Rates
 from lerobot_llakey.experiments.training import Training
-from lerobot_llakey.files import write_whole
+from lerobot_llakey.files import reading, write_whole
 from lerobot_llakey.policies.hierarchy.compose import compose
 from lerobot_llakey.sim.env import LlakeySimEnv
 
@@ -45,9 +45,10 @@ def measured(folder: Path, tasks: Sequence[str], trainings: Mapping[str, Trainin
     path = folder / _FILE
     key = {"task": tasks[0], "trainings": {name: _signature(training) for name, training in trainings.items()}}
     if path.exists():
-        found = json.loads(path.read_text())
-        if found["of"] == key:
-            return Rates(**found["rates"])
+        with reading(path, "record of rates"):
+            found = json.loads(path.read_text())
+            if found["of"] == key:
+                return Rates(**found["rates"])
     rates = _measure(tasks[0], trainings, command, action)
     folder.mkdir(parents=True, exist_ok=True)
     write_whole(path, json.dumps({"of": key, "rates": asdict(rates)}, indent=2))

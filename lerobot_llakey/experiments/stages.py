@@ -15,7 +15,7 @@ from typing import Any
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.experiments.rates import Rates
 from lerobot_llakey.experiments.training import Training
-from lerobot_llakey.files import write_whole
+from lerobot_llakey.files import reading, write_whole
 
 MARKERS = "stages"
 
@@ -72,6 +72,9 @@ class Ledger:
     Args:
         folder: where the work is done.
         stages: all of them, in order.
+
+    Raises:
+        LlakeyError: if a marker is broken.
     """
 
     def __init__(self, folder: Path, stages: Sequence[Stage]) -> None:
@@ -80,7 +83,8 @@ class Ledger:
         for name in self.stages:
             path = self.folder / f"{name}.json"
             if path.exists():
-                self.markers[name] = Marker(**json.loads(path.read_text()))
+                with reading(path, "record of a stage"):
+                    self.markers[name] = Marker(**json.loads(path.read_text()))
 
     def check(self) -> None:
         """Refuse settings other than those with which a stage was begun.

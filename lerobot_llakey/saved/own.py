@@ -66,7 +66,7 @@ def without_own(settings: type, saved: dict[str, Any], folder: Path, given: Sequ
         settings: the dataclass that they are of.
         saved: what the file holds; changed.
         folder: of the checkpoint.
-        given: what the user gives himself, as on a command line: ``--command.base_url=http://127.0.0.1:8000/v1``.
+        given: what the user gives, as on a command line: ``--command.base_url=http://127.0.0.1:8000/v1``.
 
     Raises:
         LlakeyError: if weights are named by a path, which the user has to give himself.

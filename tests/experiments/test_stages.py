@@ -4,7 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from lerobot_llakey.experiments.stages import Ledger, Stage
+from lerobot_llakey.errors import LlakeyError
+from lerobot_llakey.experiments.stages import MARKERS, Ledger, Stage
 
 
 def chain(folder: Path, steps: int = 3) -> list[Stage]:
@@ -78,3 +79,13 @@ def test_what_was_made_of_an_earlier_result_does_not_count(tmp_path: Path) -> No
 def test_an_unknown_stage_cannot_be_done_anew(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="Expected stages out of a, b, c, got 'd'"):
         Ledger(tmp_path, chain(tmp_path)).forget(["d"])
+
+
+@pytest.mark.parametrize("content", ['{"settings": ', "[1]", '{"colour": "red"}'])
+def test_a_broken_marker_is_named(tmp_path: Path, content: str) -> None:
+    stages = chain(tmp_path)
+    marker = tmp_path / MARKERS / f"{stages[0].name}.json"
+    marker.parent.mkdir(parents=True)
+    marker.write_text(content)
+    with pytest.raises(LlakeyError, match=rf"Expected a readable record of a stage at {marker}"):
+        Ledger(tmp_path, stages)

@@ -18,7 +18,7 @@ from lerobot_llakey.evaluation.protocol.markdown import paper_rows
 from lerobot_llakey.evaluation.protocol.rows import Row
 from lerobot_llakey.evaluation.rollout import Agent
 from lerobot_llakey.evaluation.tables import markdown_table
-from lerobot_llakey.files import write_whole
+from lerobot_llakey.files import reading, write_whole
 
 _FILE = "abilities.json"
 
@@ -59,8 +59,11 @@ def measure_rows(rows: Sequence[Row], samples: AbilitySamples, folder: Path) -> 
     """
     path = folder / _FILE
     done: dict[str, Any] = {"samples": asdict(samples), "rows": {}}
-    if path.exists() and (kept := json.loads(path.read_text()))["samples"] == done["samples"]:
-        done = kept
+    if path.exists():
+        with reading(path, "record of abilities"):
+            kept = json.loads(path.read_text())
+            if kept["samples"] == done["samples"]:
+                done = kept
     dataset = open_dataset(samples.repo_id, Path(samples.root))
     for row in tqdm(rows, desc="abilities", unit="row"):
         if row.name in done["rows"]:

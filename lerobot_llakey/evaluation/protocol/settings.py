@@ -12,7 +12,7 @@ from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.evaluation.protocol.loading import fingerprint
 from lerobot_llakey.evaluation.protocol.plan import Plan
 from lerobot_llakey.evaluation.protocol.rows import Row
-from lerobot_llakey.files import write_whole
+from lerobot_llakey.files import reading, write_whole
 
 _FILE = "settings.json"
 
@@ -36,11 +36,12 @@ def claim(folder: Path, settings: dict[str, Any]) -> None:
     A row whose checkpoint was missing before may have one now.
 
     Raises:
-        LlakeyError: if the folder's table was begun with other settings.
+        LlakeyError: if the folder's table was begun with other settings, or their record is broken.
     """
     path = folder / _FILE
     if path.exists():
-        changed = changes(json.loads(path.read_text()), settings)
+        with reading(path, "record of a table"):
+            changed = changes(json.loads(path.read_text()), settings)
         if changed:
             raise LlakeyError(
                 f"Expected the settings with which the table in {folder} was begun, got a change of "

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.evaluation.protocol.plan import Plan
 from lerobot_llakey.evaluation.protocol.rows import Row
 from lerobot_llakey.evaluation.protocol.settings import claim, settings_of
@@ -56,3 +57,10 @@ def test_a_checkpoint_may_come_later_but_not_go(tmp_path: Path, checkpoint: Path
     claim(tmp_path, settings_of(PLAN, [row], {}))
     with pytest.raises(ValueError, match="weights of the row 'a'"):
         claim(tmp_path, settings_of(PLAN, [row], {"a": "no checkpoint"}))
+
+
+@pytest.mark.parametrize("content", ['{"plan": {}, "ro', "[]"])
+def test_a_broken_record_is_named(tmp_path: Path, checkpoint: Path, content: str) -> None:
+    (tmp_path / "settings.json").write_text(content)
+    with pytest.raises(LlakeyError, match=r"Expected a readable record of a table at .*settings\.json"):
+        claim(tmp_path, settings_of(PLAN, [Row("a", str(checkpoint))], {}))
