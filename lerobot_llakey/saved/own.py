@@ -69,7 +69,7 @@ def without_own(settings: type, saved: dict[str, Any], folder: Path, given: Sequ
         given: what the user gives, as on a command line: ``--command.base_url=http://127.0.0.1:8000/v1``.
 
     Raises:
-        LlakeyError: if weights are named by a path, which the user has to give himself.
+        LlakeyError: if weights are named by a path, which the user has to give.
     """
     options = {argument.removeprefix("--").partition("=")[0] for argument in given}
     ignored = []
