@@ -31,7 +31,7 @@ def check_order(columns: Columns) -> Iterator[Finding]:
     for key, expected in ((FRAME, "0, 1, 2, ... in each episode"), (TIME, "times that increase in each episode")):
         if key not in columns:
             continue
-        wrong: np.ndarray = np.zeros(len(columns), dtype=bool)
+        wrong = np.zeros(len(columns), dtype=bool)
         for rows in columns.episodes():
             values = columns[key][rows]
             if key == FRAME:
