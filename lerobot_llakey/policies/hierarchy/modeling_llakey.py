@@ -13,7 +13,7 @@ from torch import Tensor
 from lerobot_llakey import schema
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.action.modeling_llakey_action import LlakeyActionPolicy
-from lerobot_llakey.policies.batch import read_states
+from lerobot_llakey.policies.batch import read_numbers, read_states
 from lerobot_llakey.policies.command.modeling_llakey_command import LlakeyCommandPolicy
 from lerobot_llakey.policies.command.pretrained.loading import ASSETS, save_assets
 from lerobot_llakey.policies.hierarchy.commanders.build import build_commander
@@ -209,7 +209,9 @@ class LlakeyPolicy(CheckedWeights, PublishedPolicy):
                 missing or wrong.
         """
         if schema.STATE in batch:  # the loop says so where it is missing
-            read_states(batch)
+            rows = len(read_states(batch))
+            for key in filter(batch.__contains__, map(schema.image_key, schema.CAMERAS)):
+                read_numbers(batch, key, ("channels", "height", "width"), rows)
         self.last_instructions = self.loop.instruct(self.commander, batch)
         batch = {**self.commander.with_tasks(batch), schema.INSTRUCTION: list(self.last_instructions)}
         actions = self.action.select_action(batch)

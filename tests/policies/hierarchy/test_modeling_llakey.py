@@ -167,6 +167,13 @@ def test_a_batch_of_another_size_needs_a_reset(make_tiny, observation) -> None:
     assert policy.select_action(smaller).shape == (2, 9)
 
 
+def test_a_camera_with_fewer_rows_than_the_state_is_named(make_tiny, observation) -> None:
+    key = schema.image_key("front")
+    observation[key] = observation[key][:1]
+    with pytest.raises(ValueError, match=rf"{key} of shape \(3, channels, height, width\), got \(1, 3, 32, 32\)"):
+        make_tiny().select_action(observation)
+
+
 def test_missing_state_is_named(make_tiny, observation) -> None:
     del observation[schema.STATE]
     with pytest.raises(ValueError, match=r"Expected 'observation.state'"):
