@@ -38,13 +38,12 @@ def run_cases(cases: Sequence[Case], workers: int) -> Iterator[Outcome]:
             case = waiting.pop(0)
             folder = Path(tempfile.mkdtemp(prefix="fuzz-"))
             running[_start(case, folder)] = (case, folder, time.monotonic())
-        done, status = os.waitpid(-1, os.WNOHANG)
-        if done in running:
-            case, folder, start = running.pop(done)
-            yield _outcome(case, folder, status, time.monotonic() - start)
-            continue
-        for process, (_, _, start) in running.items():
-            if time.monotonic() - start > SECONDS:
+        for process, (case, folder, start) in list(running.items()):
+            done, status = os.waitpid(process, os.WNOHANG)
+            if done:
+                del running[process]
+                yield _outcome(case, folder, status, time.monotonic() - start)
+            elif time.monotonic() - start > SECONDS:
                 os.killpg(process, signal.SIGKILL)
         time.sleep(0.02)
 
