@@ -78,6 +78,11 @@ Workspace = tuple[tuple[float, float], tuple[float, float], tuple[float, float]]
 WORKSPACE: Workspace = ((0.0, 1.0), (-0.5, 0.5), (-0.05, 0.95))
 """Default bounds (metres) of x, y and z in which keyframes and point clouds live."""
 
+UNIT_TOLERANCE = 0.02
+"""By how much a quaternion's length may differ from 1; recorded ones are rounded."""
+FARTHEST = 10.0
+"""Metres from the base beyond which no arm reaches: such a position is in another unit."""
+
 TEXT_LENGTH = 160
 """Length in code points of an encoded text."""
 

@@ -10,8 +10,6 @@ from lerobot_llakey import schema
 from lerobot_llakey.checks.columns import Columns
 from lerobot_llakey.checks.finding import Finding, told
 
-UNIT_TOLERANCE = 0.02
-"""By how much the length of a quaternion may differ from 1."""
 _SLACK = 0.05
 """By how much an opening may leave 0..1: sensors overshoot."""
 _NEAR = 2.0
@@ -104,7 +102,7 @@ def _far(columns: Columns, key: str, position: np.ndarray, workspace: schema.Wor
 
 def _unit(columns: Columns, key: str, quaternion: np.ndarray) -> Iterator[Finding]:
     length = np.linalg.norm(quaternion.astype(np.float64), axis=1)
-    wrong = np.abs(length - 1) > UNIT_TOLERANCE
+    wrong = np.abs(length - 1) > schema.UNIT_TOLERANCE
     if wrong.any():
         got = f"{told(quaternion[wrong][0])} of length {length[wrong][0]:.3g}"
         advice = "write the hand's rotation as xyzw of length 1"

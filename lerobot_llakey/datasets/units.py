@@ -11,8 +11,6 @@ from lerobot_llakey import schema
 from lerobot_llakey.checks.metadata import names_of
 from lerobot_llakey.errors import LlakeyError
 
-_FARTHEST = 10.0
-"""Metres from the robot's base: no arm reaches that far."""
 _MOST_TURNED = 2 * np.pi
 _OFF_UNIT = 0.05
 _PLAY = 0.05
@@ -58,7 +56,7 @@ def check_states(states: np.ndarray, episodes: np.ndarray) -> None:
     gripper, norm = states[:, schema.GRIPPER], np.linalg.norm(states[:, schema.QUATERNION], axis=1)
     _refuse(~np.isfinite(states), states, episodes, "finite numbers", "drop the episode or correct the recording")
     _refuse(
-        np.abs(position) > _FARTHEST,
+        np.abs(position) > schema.FARTHEST,
         position,
         episodes,
         "the hand's position in metres",

@@ -13,11 +13,8 @@ from torch import Tensor
 
 from lerobot_llakey import schema
 from lerobot_llakey.errors import LlakeyError
+from lerobot_llakey.schema import FARTHEST, UNIT_TOLERANCE
 
-UNIT_TOLERANCE = 0.02
-"""By how much a quaternion's length may differ from 1; recorded ones are rounded."""
-FARTHEST = 10.0
-"""Metres from the base beyond which no arm reaches: such a position is in another unit."""
 OPENING = (-0.1, 1.1)
 """What a gripper's opening may be; measured ones overshoot 0 and 1 a little."""
 COLOUR = (-0.1, 1.1)

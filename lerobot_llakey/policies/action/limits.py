@@ -18,8 +18,8 @@ from lerobot_llakey.bounds import (
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.action.views.cube import longest_edge
 from lerobot_llakey.policies.action.views.renderer import VIEWS
-from lerobot_llakey.policies.batch import FARTHEST
 from lerobot_llakey.policies.precision import PRECISIONS
+from lerobot_llakey.schema import FARTHEST
 
 if TYPE_CHECKING:
     from lerobot_llakey.policies.action.configuration_llakey_action import LlakeyActionConfig

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 from lerobot_llakey import instructions
 from lerobot_llakey.bounds import AT_LEAST_ONE, COUNT, SHARE, Bounds, require_box, require_settings, require_texts
 from lerobot_llakey.errors import LlakeyError
-from lerobot_llakey.policies.batch import FARTHEST
 from lerobot_llakey.policies.command.encoding import Encoder
+from lerobot_llakey.schema import FARTHEST
 
 if TYPE_CHECKING:
     from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig

@@ -10,11 +10,11 @@ from lerobot_llakey import instructions
 from lerobot_llakey.bounds import AT_LEAST_ONE, COUNT, POSITIVE, SHARE, Bounds, require_settings, require_texts
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.action.configuration_llakey_action import LlakeyActionConfig
-from lerobot_llakey.policies.batch import FARTHEST
 from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
 from lerobot_llakey.policies.keyframe_config import KeyframePolicyConfig
 from lerobot_llakey.policies.muon import MuonConfig
 from lerobot_llakey.saved.own import users_own
+from lerobot_llakey.schema import FARTHEST
 
 COMMANDERS = ("policy", "oracle", "task", "list")
 BOUNDS: dict[str, Bounds] = {
