@@ -18,6 +18,7 @@ from lerobot_llakey.sim.planning import PlanningError
 from lerobot_llakey.sim.settings import check_settings
 from lerobot_llakey.sim.spaces import action_space, checked_action, observation_space
 from lerobot_llakey.sim.tasks import make_task
+from lerobot_llakey.sim.tasks.base import Waypoint
 from lerobot_llakey.sim.world import World
 
 _LOG = logging.getLogger(__name__)
@@ -183,14 +184,19 @@ class LlakeySimEnv(gym.Env):
             self._watch()
 
     def oracle_instruction(self) -> str:
-        """The expert's instruction from the present state; empty when it has nothing left to do.
+        """The instruction of :meth:`expert_waypoint`; empty where that is None."""
+        waypoint = self.expert_waypoint()
+        return "" if waypoint is None else waypoint.instruction
+
+    def expert_waypoint(self) -> Waypoint | None:
+        """What the expert would do next from the present state; None when it has nothing left to do.
 
         Raises:
             LlakeyError: if no episode has been begun.
         """
-        self._require_episode("oracle_instruction()")
+        self._require_episode("expert_waypoint()")
         waypoints = self._task.plan(self.world)
-        return waypoints[0].instruction if waypoints else ""
+        return waypoints[0] if waypoints else None
 
     def close(self) -> None:
         """Free the scene and its OpenGL contexts; another reset makes them anew."""

@@ -29,7 +29,9 @@ def env() -> LlakeySimEnv:
 def test_experts_actions_solve_an_episode(env: LlakeySimEnv) -> None:
     observation, info = env.reset(seed=0)
     assert env.observation_space.contains(observation) and not info["is_success"]
-    assert schema.decode_text(observation["oracle_instruction"]) == env.oracle_instruction()
+    waypoint = env.expert_waypoint()
+    assert waypoint is not None
+    assert schema.decode_text(observation["oracle_instruction"]) == env.oracle_instruction() == waypoint.instruction
     for taken in range(10):
         assert observation["step"] == taken
         observation, reward, terminated, truncated, info = env.step(_expert_action(env))
@@ -129,7 +131,7 @@ def test_quaternions_of_about_unit_length_say_the_same(env: LlakeySimEnv, length
 
 def test_an_episode_has_to_be_begun() -> None:
     env = LlakeySimEnv("open_drawer", image_size=48)
-    calls = (lambda: env.step(np.array(_STAY)), env.render, env.oracle_instruction)
+    calls = (lambda: env.step(np.array(_STAY)), env.render, env.expert_waypoint)
     for call in calls:
         with pytest.raises(LlakeyError, match=r"Expected reset\(\) before"):
             call()
