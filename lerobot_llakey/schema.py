@@ -1,12 +1,16 @@
 """The data contract: every feature name, shape and unit that datasets, policies and environments share.
 
 Nothing else in the package spells a feature name. Conventions: metres and radians in the robot's base frame,
-quaternions xyzw with w >= 0, depth as metric z-depth in float32 millimetres, cameras in OpenCV frames.
+quaternions xyzw of either sign and without jumps within an episode, depth as metric z-depth in float32 millimetres,
+cameras in OpenCV frames.
+
+LeRobot stacks every column under ``observation.`` over time for policies that look back, which texts cannot bear, so
+texts stand in columns without that prefix. LeRobot's processors drop those; policies look them up by ``index``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,21 +18,24 @@ import numpy as np
 from lerobot_llakey.errors import LlakeyError
 
 CAMERAS: tuple[str, ...] = ("front", "left_shoulder", "right_shoulder", "wrist")
-"""Order of the cameras wherever something is stacked over cameras."""
+"""The simulator's cameras. Other datasets have others: :func:`cameras_of` lists them."""
 
 STATE = "observation.state"
 ACTION = "action"
-INTRINSICS = "observation.camera_intrinsics"
-EXTRINSICS = "observation.camera_extrinsics"
-INSTRUCTION = "observation.instruction"
-PREVIOUS_INSTRUCTION = "observation.previous_instruction"
+INDEX = "index"
+"""LeRobot's own column: a frame's place in the whole dataset."""
+INSTRUCTION = "instruction"
+"""The instruction that leads to the next keyframe, a text."""
+PREVIOUS_INSTRUCTION = "previous_instruction"
 """The instruction last commanded when the frame was taken: the finished one at a keyframe, else the current one."""
+TEXTS = (INSTRUCTION, PREVIOUS_INSTRUCTION)
 STEP = "observation.step"
 """Number of keyframe actions taken before the frame, float32 (1,): the timestep that RVT is given."""
 ORACLE_INSTRUCTION = "observation.oracle_instruction"
-"""The expert's instruction from the present state, as the code points of :func:`encode_text`."""
+"""The expert's instruction from the present state: a list of texts once LeRobot's environment processors have run."""
 VELOCITY = "observation.velocity"
-"""How fast the joints turn (radians a second) and the gripper opens (opening, 0..1, a second), float32 (8,)."""
+"""How fast each further number of the state changes (radians a second for joints), then, where the robot has a gripper,
+how fast it opens (opening, 0..1, a second); float32."""
 SAMPLE_WEIGHT = "observation.sample_weight"
 """Optional weight of a training sample, float32 (1,)."""
 IS_KEYFRAME = "keyframe.is_keyframe"
@@ -47,23 +54,23 @@ LATER_COLUMNS = (*ORIGIN_COLUMNS, VELOCITY)
 """Columns that the first datasets lack."""
 TASK = "task"
 
-STATE_NAMES: tuple[str, ...] = (
-    *("x", "y", "z", "qx", "qy", "qz", "qw", "gripper_opening"),
-    *(f"joint_{i}" for i in range(1, 8)),
-)
+POSE_NAMES: tuple[str, ...] = ("x", "y", "z", "qx", "qy", "qz", "qw")
+"""A pose: metres, unit quaternion."""
+HAND_NAMES: tuple[str, ...] = (*POSE_NAMES, "gripper_opening")
+"""What of a state policies read, found in any order by the feature's names: see :mod:`lerobot_llakey.hand`."""
+INTRINSICS_NAMES: tuple[str, ...] = ("fx", "fy", "cx", "cy")
+"""A pinhole camera's focal lengths and principal point, in pixels of its recorded image."""
+SIM_STATE_NAMES: tuple[str, ...] = (*HAND_NAMES, *(f"joint_{i}" for i in range(1, 8)))
+"""The simulator's state. Other robots have other further numbers, or none."""
+SIM_VELOCITY_NAMES: tuple[str, ...] = (*(f"joint_{i}_velocity" for i in range(1, 8)), "gripper_velocity")
 ACTION_NAMES: tuple[str, ...] = ("x", "y", "z", "qx", "qy", "qz", "qw", "gripper_open", "ignore_collision")
-VELOCITY_NAMES: tuple[str, ...] = (*(f"joint_{i}_velocity" for i in range(1, 8)), "gripper_velocity")
-STATE_DIM = len(STATE_NAMES)
-VELOCITY_DIM = len(VELOCITY_NAMES)
+HAND_DIM = len(HAND_NAMES)
 ACTION_DIM = len(ACTION_NAMES)
 
 POSITION = slice(0, 3)
 QUATERNION = slice(3, 7)
 GRIPPER = 7
-"""Column of the gripper in both state (opening, 0..1) and action (1 = open)."""
-JOINTS = slice(8, 15)
-ARM_VELOCITY, GRIPPER_VELOCITY = slice(0, 7), 7
-"""Columns of a velocity."""
+"""Column of the gripper in both a hand (opening, 0..1) and an action (1 = open)."""
 IGNORE_COLLISION = 8
 """Column of the collision flag in the action: 1 = the planner may touch things."""
 
@@ -76,7 +83,7 @@ The cameras' near plane and all that a policy acts on lie within it; what is far
 
 Workspace = tuple[tuple[float, float], tuple[float, float], tuple[float, float]]
 WORKSPACE: Workspace = ((0.0, 1.0), (-0.5, 0.5), (-0.05, 0.95))
-"""Default bounds (metres) of x, y and z in which keyframes and point clouds live."""
+"""The simulator's bounds (metres) of x, y and z in which keyframes and point clouds live."""
 
 UNIT_TOLERANCE = 0.02
 """By how much a quaternion's length may differ from 1; recorded ones are rounded."""
@@ -105,6 +112,36 @@ def image_key(camera: str) -> str:
 def depth_key(camera: str) -> str:
     """Feature name of a camera's depth map."""
     return f"observation.images.{camera}_depth"
+
+
+def intrinsics_key(camera: str) -> str:
+    """Feature name of a camera's intrinsics (4,), see INTRINSICS_NAMES."""
+    return f"observation.camera_intrinsics.{camera}"
+
+
+def extrinsics_key(camera: str) -> str:
+    """Feature name of a camera's pose (7,) in the base frame, see POSE_NAMES: camera-to-base, OpenCV axes."""
+    return f"observation.camera_extrinsics.{camera}"
+
+
+def cameras_of(features: Iterable[str], depth: bool = False) -> tuple[str, ...]:
+    """Names of the cameras among feature names, in their order.
+
+    Args:
+        features: names, such as the keys of a dataset's ``features`` or a policy's ``input_features``.
+        depth: only those with depth and calibration, which can be fused into a point cloud.
+    """
+    names = list(features)
+    prefix = image_key("")
+    depths = {name for name in names if name.startswith(prefix) and name.endswith("_depth")}
+    cameras = tuple(name.removeprefix(prefix) for name in names if name.startswith(prefix) and name not in depths)
+    if not depth:
+        return cameras
+    return tuple(
+        camera
+        for camera in cameras
+        if {depth_key(camera), intrinsics_key(camera), extrinsics_key(camera)} <= set(names)
+    )
 
 
 def scene_seed(split: str, index: int) -> int:
@@ -150,31 +187,39 @@ def decode_text(codes: Any) -> str:
     return "".join(chr(int(number)) for number in numbers if number > 0)
 
 
-def _image_features(cameras: Sequence[str], height: int, width: int, dtype: str) -> dict[str, dict[str, Any]]:
-    names = ["height", "width", "channels"]
+Size = tuple[int, int]
+"""Height and width of an image in pixels."""
+
+
+def _camera_features(sizes: Mapping[str, Size], dtype: str) -> dict[str, dict[str, Any]]:
+    axes = ["height", "width", "channels"]
     features: dict[str, dict[str, Any]] = {}
-    for camera in cameras:
-        features[image_key(camera)] = {"dtype": dtype, "shape": (height, width, 3), "names": names}
+    for camera, (height, width) in sizes.items():
+        features[image_key(camera)] = {"dtype": dtype, "shape": (height, width, 3), "names": axes}
         features[depth_key(camera)] = {
             "dtype": dtype,
             "shape": (height, width, 1),
-            "names": names,
+            "names": axes,
             "info": {"is_depth_map": True},
         }
+        features[intrinsics_key(camera)] = vector(INTRINSICS_NAMES)
+        features[extrinsics_key(camera)] = vector(POSE_NAMES)
     return features
 
 
-def _common_features(cameras: Sequence[str]) -> dict[str, dict[str, Any]]:
-    count = len(cameras)
+def vector(names: Sequence[str]) -> dict[str, Any]:
+    """LeRobot's description of a float32 column of named numbers."""
+    return {"dtype": "float32", "shape": (len(names),), "names": list(names)}
+
+
+def label_features() -> dict[str, dict[str, Any]]:
+    """LeRobot features of what :mod:`lerobot_llakey.labels` makes of a recording, and of where an episode came from."""
     scalar_int = {"dtype": "int64", "shape": (1,), "names": None}
+    text = {"dtype": "string", "shape": (1,), "names": None}
     return {
-        INTRINSICS: {"dtype": "float32", "shape": (count, 3, 3), "names": None},
-        EXTRINSICS: {"dtype": "float32", "shape": (count, 4, 4), "names": None},
-        STATE: {"dtype": "float32", "shape": (STATE_DIM,), "names": list(STATE_NAMES)},
-        VELOCITY: {"dtype": "float32", "shape": (VELOCITY_DIM,), "names": list(VELOCITY_NAMES)},
-        ACTION: {"dtype": "float32", "shape": (ACTION_DIM,), "names": list(ACTION_NAMES)},
-        INSTRUCTION: {"dtype": "string", "shape": (1,), "names": None},
-        PREVIOUS_INSTRUCTION: {"dtype": "string", "shape": (1,), "names": None},
+        ACTION: vector(ACTION_NAMES),
+        INSTRUCTION: dict(text),
+        PREVIOUS_INSTRUCTION: dict(text),
         STEP: {"dtype": "float32", "shape": (1,), "names": None},
         IS_KEYFRAME: {"dtype": "bool", "shape": (1,), "names": None},
         KEYFRAME_INDEX: dict(scalar_int),
@@ -182,19 +227,25 @@ def _common_features(cameras: Sequence[str]) -> dict[str, dict[str, Any]]:
         EPISODE_SEED: dict(scalar_int),
         EPISODE_VARIATION: dict(scalar_int),
         EPISODE_SEQUENCE: dict(scalar_int),
-        **{key: {"dtype": "string", "shape": (1,), "names": None} for key in ORIGIN_COLUMNS},
+        **{key: dict(text) for key in ORIGIN_COLUMNS},
     }
 
 
-def demonstration_features(
-    height: int = IMAGE_SIZE, width: int = IMAGE_SIZE, cameras: Sequence[str] = CAMERAS
+def dataset_features(
+    cameras: Mapping[str, Size] | None = None,
+    state_names: Sequence[str] = SIM_STATE_NAMES,
+    velocity_names: Sequence[str] = SIM_VELOCITY_NAMES,
+    *,
+    dtype: str = "video",
 ) -> dict[str, dict[str, Any]]:
-    """LeRobot features of a demonstrations dataset: dense frames, cameras stored as video."""
-    return _image_features(cameras, height, width, "video") | _common_features(cameras)
+    """LeRobot features of a dataset.
 
-
-def keystep_features(
-    height: int = IMAGE_SIZE, width: int = IMAGE_SIZE, cameras: Sequence[str] = CAMERAS
-) -> dict[str, dict[str, Any]]:
-    """LeRobot features of a keysteps dataset: training samples, cameras stored as images for fast random access."""
-    return _image_features(cameras, height, width, "image") | _common_features(cameras)
+    Args:
+        cameras: height and width in pixels of each RGB-D camera; the simulator's where None.
+        state_names: of the state's numbers, those of HAND_NAMES among them.
+        velocity_names: of the velocity's numbers.
+        dtype: "video" for demonstrations (dense frames), "image" for keysteps, whose samples are read at random.
+    """
+    sizes = dict.fromkeys(CAMERAS, (IMAGE_SIZE, IMAGE_SIZE)) if cameras is None else cameras
+    numbers = {STATE: vector(state_names), VELOCITY: vector(velocity_names)}
+    return _camera_features(sizes, dtype) | numbers | label_features()

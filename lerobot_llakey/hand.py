@@ -1,0 +1,74 @@
+"""Where the hand's pose and the gripper's opening stand among a state's named numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from lerobot_llakey import schema
+from lerobot_llakey.errors import LlakeyError
+
+_PREFIXES = ("ee", "eef", "tcp", "hand", "end_effector")
+_OPENINGS = ("gripper_opening", "gripper", "gripper_pos", "gripper_position", "gripper_width")
+
+
+def hand_columns(names: Sequence[str], key: str = schema.STATE) -> tuple[int, ...]:
+    """Places of x, y, z, qx, qy, qz, qw and the gripper's opening among a state's names.
+
+    Names may carry a prefix of the hand ("ee.x", "tcp_x") and a suffix ".pos"; the opening may be missing.
+
+    Args:
+        names: of the state's numbers.
+        key: of the column, for the error.
+
+    Returns:
+        Seven places, and an eighth where there is a gripper.
+
+    Raises:
+        LlakeyError: naming the column if a number of the pose is missing or named twice.
+    """
+    plain = [_plain(name) for name in names]
+    places: list[int] = []
+    for wanted in schema.POSE_NAMES:
+        found = [place for place, name in enumerate(plain) if name == wanted]
+        if len(found) != 1:
+            came = "it twice" if found else f"only {', '.join(names) or 'numbers without names'}"
+            raise LlakeyError(
+                f"Expected the hand's {wanted!r} among the names of {key}, got {came}; name the columns "
+                f"{', '.join(schema.POSE_NAMES)} in any order, or convert the pose with `llakey annotate`."
+            )
+        places += found
+    openings = [place for place, name in enumerate(plain) if name in _OPENINGS]
+    return (*places, *openings[:1])
+
+
+def further_columns(names: Sequence[str]) -> tuple[int, ...]:
+    """Places of a state's numbers that are not the hand's, such as joint angles."""
+    hand = hand_columns(names)
+    return tuple(place for place in range(len(names)) if place not in hand)
+
+
+def read_hand[Array: (np.ndarray, Tensor)](states: Array, columns: Sequence[int]) -> Array:
+    """The hands (..., 8) in states (..., N): position, quaternion, opening; without a gripper, it counts as open.
+
+    Args:
+        states: numbers as recorded.
+        columns: as :func:`hand_columns` gives them.
+    """
+    hand = states[..., list(columns)]
+    if len(columns) == schema.HAND_DIM:
+        return hand
+    if isinstance(hand, Tensor):
+        return torch.cat((hand, torch.ones_like(hand[..., :1])), dim=-1)
+    return np.concatenate((hand, np.ones_like(hand[..., :1])), axis=-1)
+
+
+def _plain(name: str) -> str:
+    plain = name.lower().removesuffix(".pos")
+    for prefix in _PREFIXES:
+        for joint in (".", "_"):
+            plain = plain.removeprefix(f"{prefix}{joint}")
+    return plain
