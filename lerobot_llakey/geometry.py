@@ -95,6 +95,24 @@ def canonical_quaternion(quaternion: np.ndarray) -> np.ndarray:
     return -quaternion if quaternion[3] < 0 else quaternion
 
 
+def nearest_sign(quaternion: np.ndarray, reference: np.ndarray = DOWN) -> np.ndarray:
+    """Of a quaternion (4,) and its negation, which mean one rotation, the one nearer to a reference (4,)."""
+    return -quaternion if quaternion @ reference < 0 else quaternion
+
+
+def continuous_quaternions(quaternions: np.ndarray, reference: np.ndarray = DOWN) -> np.ndarray:
+    """A trajectory of quaternions (T, 4) without jumps: each has the sign nearest to the one before.
+
+    Args:
+        quaternions: xyzw of either sign.
+        reference: quaternion (4,) before the first one; by default a hand that points straight down, so that episodes
+            agree.
+    """
+    before = np.concatenate((np.asarray(reference)[None], quaternions[:-1]))
+    flips = np.where(np.sum(before * quaternions, axis=1) < 0, -1, 1).cumprod().astype(quaternions.dtype)
+    return quaternions * flips[:, None]
+
+
 def top_down(yaw: float = 0.0) -> np.ndarray:
     """Quaternion (xyzw) of a hand pointing straight down, turned by ``yaw`` radians about the base's z axis.
 
@@ -138,10 +156,36 @@ def matrix_to_quaternion(matrix: Tensor) -> Tensor:
     return torch.where(quaternion[..., 3:] < 0, -quaternion, quaternion)
 
 
+def pose_to_matrix[Array: (np.ndarray, Tensor)](pose: Array) -> Array:
+    """Homogeneous matrices (..., 4, 4) of poses (..., 7): position, then a quaternion xyzw of either sign."""
+    if not isinstance(pose, Tensor):
+        return pose_to_matrix(torch.as_tensor(pose)).numpy()
+    matrix = torch.zeros(*pose.shape[:-1], 4, 4, dtype=pose.dtype, device=pose.device)
+    matrix[..., :3, :3] = quaternion_to_matrix(torch.nn.functional.normalize(pose[..., 3:], dim=-1))
+    matrix[..., :3, 3] = pose[..., :3]
+    matrix[..., 3, 3] = 1.0
+    return matrix
+
+
+def matrix_to_pose[Array: (np.ndarray, Tensor)](matrix: Array) -> Array:
+    """Poses (..., 7), position and quaternion xyzw with w >= 0, of homogeneous matrices (..., 4, 4)."""
+    if not isinstance(matrix, Tensor):
+        return matrix_to_pose(torch.as_tensor(matrix)).numpy()
+    return torch.cat((matrix[..., :3, 3], matrix_to_quaternion(matrix[..., :3, :3])), dim=-1)
+
+
+def intrinsics_to_matrix(intrinsics: Tensor) -> Tensor:
+    """Matrices (..., 3, 3) of intrinsics (..., 4): fx, fy, cx and cy in pixels."""
+    focal_x, focal_y, centre_x, centre_y = intrinsics.unbind(-1)
+    zero, one = torch.zeros_like(focal_x), torch.ones_like(focal_x)
+    rows = (focal_x, zero, centre_x, zero, focal_y, centre_y, zero, zero, one)
+    return torch.stack(rows, dim=-1).unflatten(-1, (3, 3))
+
+
 def pinhole_intrinsics(fovy_degrees: float, height: int, width: int) -> np.ndarray:
-    """(3, 3) intrinsics in pixels of a pinhole camera with square pixels and a vertical field of view."""
+    """Intrinsics (4,) fx, fy, cx, cy in pixels of a pinhole camera with square pixels and a vertical field of view."""
     focal = 0.5 * height / np.tan(np.deg2rad(fovy_degrees) / 2)
-    return np.array([[focal, 0.0, width / 2], [0.0, focal, height / 2], [0.0, 0.0, 1.0]])
+    return np.array([focal, focal, width / 2, height / 2])
 
 
 def unproject(depth: Tensor, intrinsics: Tensor, extrinsics: Tensor) -> Tensor:
