@@ -77,7 +77,13 @@ class Pose:
 
 
 def canonical_quaternion(quaternion: np.ndarray) -> np.ndarray:
-    """The quaternion (4,) xyzw at unit length with w >= 0.
+    """The quaternion (4,) xyzw at unit length with w >= 0; raises as :func:`unit_quaternion` does."""
+    quaternion = unit_quaternion(quaternion)
+    return -quaternion if quaternion[3] < 0 else quaternion
+
+
+def unit_quaternion(quaternion: np.ndarray) -> np.ndarray:
+    """The quaternion (4,) xyzw at unit length, its sign kept.
 
     Raises:
         LlakeyError: if it is not four finite numbers of non-zero length.
@@ -91,8 +97,8 @@ def canonical_quaternion(quaternion: np.ndarray) -> np.ndarray:
     length = np.linalg.norm(quaternion)
     if length < 1e-6:
         raise LlakeyError(f"Expected a quaternion of non-zero length (xyzw), got {quaternion}; check the pose.")
-    quaternion = quaternion / length
-    return -quaternion if quaternion[3] < 0 else quaternion
+    unit: np.ndarray = quaternion / length
+    return unit
 
 
 def nearest_sign(quaternion: np.ndarray, reference: np.ndarray = DOWN) -> np.ndarray:

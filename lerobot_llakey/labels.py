@@ -9,12 +9,12 @@ import numpy as np
 
 from lerobot_llakey import schema
 from lerobot_llakey.errors import LlakeyError
-from lerobot_llakey.geometry import canonical_quaternion
+from lerobot_llakey.geometry import unit_quaternion
 from lerobot_llakey.keyframes import segments
 
 OPEN_ABOVE = 0.9
-"""Opening (0..1) above which a gripper counts as open, as RLBench and thereby PerAct and RVT have it: a gripper that
-holds something wide is closed."""
+"""Share of the widest opening above which a gripper counts as open, as RLBench and thereby PerAct and RVT have it: a
+gripper that holds something wide is closed."""
 
 
 @dataclass(frozen=True)
@@ -77,6 +77,7 @@ def label(
     keyframes: list[int],
     instructions: Sequence[str],
     ignore_collision: Sequence[bool],
+    gripper_open: Sequence[bool],
     interruptions: Sequence[Interruption] = (),
 ) -> Labels:
     """Label a trajectory.
@@ -88,23 +89,27 @@ def label(
     the next keyframe, with the next instruction: what a watcher would say there, in answer to the interrupted one.
 
     Args:
-        states: (T, 15) robot states of the contract.
+        states: (T, 8 or more) a hand, as of the contract, then anything.
         keyframes: increasing frame indices that end at T - 1.
         instructions: what leads to each keyframe.
         ignore_collision: whether the way to each keyframe may touch things.
+        gripper_open: what the gripper was commanded to be at each keyframe; see :func:`is_open` where none recorded it.
         interruptions: the segments that a disturbance cut short.
 
     Raises:
-        LlakeyError: if there is not one instruction and one flag a keyframe, or the keyframes do not fit the states.
+        LlakeyError: if there is not one instruction and one of each flag a keyframe, or the keyframes do not fit the states.
     """
-    if not len(keyframes) == len(instructions) == len(ignore_collision):
+    if not len(keyframes) == len(instructions) == len(ignore_collision) == len(gripper_open):
         raise LlakeyError(
-            f"Expected one instruction and one collision flag for each of {len(keyframes)} keyframes, got "
-            f"{len(instructions)} and {len(ignore_collision)}; instruct every segment."
+            f"Expected an instruction, a collision flag and a gripper's state for each of {len(keyframes)} keyframes, "
+            f"got {len(instructions)}, {len(ignore_collision)} and {len(gripper_open)}; instruct every segment."
         )
     parts = segments(keyframes, len(states))
     actions = np.stack(
-        [keyframe_action(states[frame], ignore) for frame, ignore in zip(keyframes, ignore_collision, strict=True)]
+        [
+            keyframe_action(states[frame], opened, ignore)
+            for frame, opened, ignore in zip(keyframes, gripper_open, ignore_collision, strict=True)
+        ]
     )
     current = [instructions[segment] for segment in parts.index]
     previous = list(current)
@@ -126,11 +131,21 @@ def label(
     return Labels(action, current, previous, index, next_frame, parts.is_keyframe, event)
 
 
-def keyframe_action(state: np.ndarray, ignore_collision: bool) -> np.ndarray:
-    """Action (9,) float32 that leads to a state (15,)."""
+def is_open(openings: np.ndarray, widest: float = 1.0) -> np.ndarray:
+    """Whether a gripper counts as open, where only its opening was recorded.
+
+    Args:
+        openings: any shape.
+        widest: the opening that this gripper reaches, such as the largest one of a recording.
+    """
+    return openings > OPEN_ABOVE * widest
+
+
+def keyframe_action(hand: np.ndarray, gripper_open: bool, ignore_collision: bool) -> np.ndarray:
+    """Action (9,) float32 that leads to a hand (8 or more), its quaternion of the same sign."""
     action = np.empty(schema.ACTION_DIM, dtype=np.float32)
-    action[schema.POSITION] = state[schema.POSITION]
-    action[schema.QUATERNION] = canonical_quaternion(state[schema.QUATERNION])
-    action[schema.GRIPPER] = state[schema.GRIPPER] > OPEN_ABOVE
+    action[schema.POSITION] = hand[schema.POSITION]
+    action[schema.QUATERNION] = unit_quaternion(hand[schema.QUATERNION])
+    action[schema.GRIPPER] = gripper_open
     action[schema.IGNORE_COLLISION] = ignore_collision
     return action

@@ -13,8 +13,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-import numpy as np
-
 from lerobot_llakey.errors import LlakeyError
 
 CAMERAS: tuple[str, ...] = ("front", "left_shoulder", "right_shoulder", "wrist")
@@ -91,10 +89,7 @@ FARTHEST = 10.0
 """Metres from the base beyond which no arm reaches: such a position is in another unit."""
 
 TEXT_LENGTH = 160
-"""Length in code points of an encoded text."""
-
-_CODE_POINTS = 0x110000
-"""How many code points there may be."""
+"""Characters of the longest instruction."""
 
 SEED_RANGES: dict[str, range] = {
     "train": range(0, 100_000_000),
@@ -156,35 +151,6 @@ def scene_seed(split: str, index: int) -> int:
     if not 0 <= index < len(seeds):
         raise LlakeyError(f"Expected an episode index in [0, {len(seeds)}), got {index}; choose a smaller seed.")
     return seeds[index]
-
-
-def encode_text(text: str) -> np.ndarray:
-    """Text as float32 code points of shape (TEXT_LENGTH,), zero-padded: the form in which LeRobot passes arrays on.
-
-    Raises:
-        LlakeyError: if the text is longer than TEXT_LENGTH.
-    """
-    if len(text) > TEXT_LENGTH:
-        raise LlakeyError(f"Expected at most {TEXT_LENGTH} characters, got {len(text)}: {text!r}; shorten it.")
-    codes = np.zeros(TEXT_LENGTH, dtype=np.float32)
-    codes[: len(text)] = [ord(character) for character in text]
-    return codes
-
-
-def decode_text(codes: Any) -> str:
-    """Inverse of :func:`encode_text` for one array or tensor of shape (TEXT_LENGTH,).
-
-    Raises:
-        LlakeyError: if a number is no code point.
-    """
-    numbers = np.asarray(codes, dtype=np.float64).reshape(-1)
-    wrong = ~((numbers >= 0) & (numbers < _CODE_POINTS) & (numbers == np.floor(numbers)))  # NaN is wrong
-    if wrong.any():
-        raise LlakeyError(
-            f"Expected a text as code points from 0 to {_CODE_POINTS - 1}, got {numbers[wrong][0]:g} at place "
-            f"{int(wrong.argmax())}; make it with schema.encode_text."
-        )
-    return "".join(chr(int(number)) for number in numbers if number > 0)
 
 
 Size = tuple[int, int]

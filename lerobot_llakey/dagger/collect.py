@@ -11,12 +11,11 @@ from pathlib import Path
 import numpy as np
 from tqdm import tqdm
 
-from lerobot_llakey import schema
 from lerobot_llakey.bounds import require_count
 from lerobot_llakey.dagger.episode import visited_frames
 from lerobot_llakey.dagger.plan import DaggerSettings
 from lerobot_llakey.datasets.collect import MOST_WORKERS, quieten
-from lerobot_llakey.datasets.demonstrations import ROBOT_TYPE
+from lerobot_llakey.datasets.demonstrations import ROBOT_TYPE, sim_features
 from lerobot_llakey.datasets.image_dataset import ImageDatasetWriter
 from lerobot_llakey.datasets.parts import THROWN, growing
 from lerobot_llakey.datasets.places import check_space
@@ -75,7 +74,7 @@ def _collect_part(settings: DaggerSettings, task: str, start: int, stop: int, fo
         oracle_instructions=True,
         disturbance=settings.disturbance,
     )
-    features = schema.keystep_features(settings.image_size, settings.image_size)
+    features = sim_features(settings.image_size, "image")
     with ImageDatasetWriter("local/part", temporary / _KIND, FPS, features, ROBOT_TYPE) as writer:
         for number in range(start, stop):
             scene = settings.first_seed + number

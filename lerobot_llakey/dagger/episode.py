@@ -6,6 +6,7 @@ making; labelled by the expert, these become training samples.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -43,31 +44,32 @@ def visited_frames(
     observation, _ = env.reset(seed=scene)
     frames: list[Frame] = []
     previous, stuck, over = "", False, False
-    while not over and (waypoints := env.world.task.plan(env.world)):
-        frames.append(_labelled(env, waypoints[0], previous, len(frames)))
+    while not over and (waypoint := env.expert_waypoint()):
+        frames.append(_labelled(env, observation, waypoint, previous))
         action, said = actor.act(env, observation)
         helped = stuck or rng.random() < expert_share
         if helped:
-            action, said = waypoint_action(waypoints[0]), waypoints[0].instruction
-        before = env.world.state()
+            action, said = waypoint_action(waypoint), waypoint.instruction
+        before = observation["agent_pos"]
         observation, _, terminated, truncated, _ = env.step(np.asarray(action, dtype=np.float32))
-        stuck = bool(np.abs(env.world.state() - before).max() < _STILL)
+        stuck = bool(np.abs(observation["agent_pos"] - before).max() < _STILL)
         # Where not even the expert gets on there is nothing more to learn.
         previous, over = said, terminated or truncated or (helped and stuck)
     return frames
 
 
-def _labelled(env: LlakeySimEnv, waypoint: Waypoint, previous: str, step: int) -> Frame:
-    """The present state with the expert's action and instruction."""
+def _labelled(env: LlakeySimEnv, observation: Mapping[str, Any], waypoint: Waypoint, previous: str) -> Frame:
+    """An observation with the expert's action and instruction."""
     task, disturbance = env.world.task, env.world.disturbance
+    state, step = observation["agent_pos"], int(observation["step"][0])
     return frame_columns(env.pictures) | {
         schema.TASK: task.description,
-        schema.STATE: env.world.state(),
-        schema.VELOCITY: env.world.velocity(),
-        schema.ACTION: waypoint_action(waypoint),
+        schema.STATE: state,
+        schema.VELOCITY: observation["velocity"],
+        schema.ACTION: waypoint_action(waypoint, state),
         schema.INSTRUCTION: waypoint.instruction,
         schema.PREVIOUS_INSTRUCTION: previous,
-        schema.STEP: np.array([step], dtype=np.float32),
+        schema.STEP: observation["step"],
         schema.IS_KEYFRAME: np.array([step > 0]),
         schema.KEYFRAME_INDEX: np.array([step]),
         schema.NEXT_KEYFRAME: np.array([step + 1]),

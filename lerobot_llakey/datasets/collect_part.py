@@ -10,8 +10,7 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
 
-from lerobot_llakey import schema
-from lerobot_llakey.datasets.demonstrations import ROBOT_TYPE, DemonstrationWriter, frames_of, keystep_rng
+from lerobot_llakey.datasets.demonstrations import ROBOT_TYPE, DemonstrationWriter, frames_of, keystep_rng, sim_features
 from lerobot_llakey.datasets.image_dataset import ImageDatasetWriter
 from lerobot_llakey.datasets.parts import THROWN
 from lerobot_llakey.datasets.plan import ATTEMPTS, CollectSettings
@@ -81,7 +80,7 @@ def collect_part(
                 DemonstrationWriter("local/part", temporary / "demonstrations", settings.fps, size)
             )
         if "keysteps" in kinds:
-            features = schema.keystep_features(size, size) | balance.features()
+            features = sim_features(size, "image") | balance.features()
             keysteps = stack.enter_context(
                 ImageDatasetWriter("local/part", temporary / "keysteps", settings.fps, features, ROBOT_TYPE)
             )

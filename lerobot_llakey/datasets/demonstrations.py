@@ -46,6 +46,11 @@ def frames_of(world: World, rig: CameraRig, episode: Episode, indices: Iterable[
     return [dict(rendered[index]) for index in wanted]
 
 
+def sim_features(image_size: int, dtype: str) -> dict[str, dict[str, Any]]:
+    """LeRobot features of the simulator's datasets, with pictures of ``image_size`` squared; see the contract."""
+    return schema.dataset_features(dict.fromkeys(schema.CAMERAS, (image_size, image_size)), dtype=dtype)
+
+
 def rgb_encoder() -> RGBEncoderConfig:
     """H.264, which every browser plays: quick to encode, near lossless at 128 pixels."""
     return RGBEncoderConfig(vcodec="h264", preset="veryfast", crf=18, g=10)
@@ -94,7 +99,7 @@ class DemonstrationWriter:
         self._dataset = LeRobotDataset.create(
             repo_id,
             fps,
-            schema.demonstration_features(image_size, image_size),
+            sim_features(image_size, "video"),
             root=root,
             robot_type=ROBOT_TYPE,
             rgb_encoder=rgb_encoder(),

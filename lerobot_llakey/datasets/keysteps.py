@@ -45,7 +45,7 @@ def convert(source: LeRobotDataset, root: Path, repo_id: str, *, balance: Balanc
             f"{', '.join(missing)}; annotate it with llakey annotate."
         )
     features = {
-        key: {**feature, "dtype": "image" if feature["dtype"] == "video" else feature["dtype"], "info": _info(feature)}
+        key: {**feature, "dtype": "image", "info": _info(feature)} if feature["dtype"] == "video" else dict(feature)
         for key, feature in source.features.items()
         if key not in DEFAULT_FEATURES and feature["dtype"] != "language"
     }

@@ -94,7 +94,7 @@ def _kind(meta: LeRobotDatasetMetadata, key: str) -> dict[str, object]:
     """What columns of the same name must share to be merged."""
     feature = meta.features[key]
     info = feature.get("info") or {}
-    kept = {name: info[name] for name in (*_DEPTH_INFO, "is_depth_map") if name in info}
+    kept = {name: info[name] for name in (*_DEPTH_INFO, "is_depth_map", "grammar") if name in info}
     return {"dtype": feature["dtype"], "shape": tuple(feature["shape"]), "names": feature.get("names"), **kept}
 
 

@@ -21,6 +21,7 @@ from lerobot_llakey.sim.configuration_llakey_sim import LlakeySimConfig
 from lerobot_llakey.sim.env import LlakeySimEnv
 from lerobot_llakey.sim.recorder import waypoint_action
 from lerobot_llakey.sim.tasks.base import Waypoint
+from lerobot_llakey.sim.text_codes import decode_text
 
 Processor = Callable[[Any], Any]
 ORACLE_KEY = "oracle_instruction"
@@ -76,9 +77,8 @@ class Expert:
 
     def act(self, env: LlakeySimEnv, observation: Mapping[str, Any]) -> tuple[np.ndarray, str]:
         """The next waypoint of the task's plan."""
-        waypoints = env.world.task.plan(env.world)
-        waypoint = waypoints[0] if waypoints else Waypoint(env.world.tool, not env.world.gripper_closed, True, "")
-        return waypoint_action(waypoint), waypoint.instruction
+        waypoint = env.expert_waypoint() or Waypoint(env.world.tool, not env.world.gripper_closed, True, "")
+        return waypoint_action(waypoint, observation["agent_pos"]), waypoint.instruction
 
 
 @dataclass(frozen=True)
@@ -89,11 +89,13 @@ class Agent:
         policy: in evaluation mode.
         preprocessor: observation with batch dimension -> batch.
         postprocessor: actions -> actions.
+        env_preprocessor: what LeRobot runs before the preprocessor: the environment's own.
     """
 
     policy: PreTrainedPolicy
     preprocessor: Processor
     postprocessor: Processor
+    env_preprocessor: Processor = field(default_factory=lambda: LlakeySimConfig().get_env_processors()[0])
 
     @staticmethod
     def load(path: str | Path, oracle: bool = False, overrides: Sequence[str] = ()) -> Agent:
@@ -132,7 +134,7 @@ class Agent:
         arrays = {key: _with_batch(value) for key, value in observation.items()}
         batch: dict[str, Any] = preprocess_observation(arrays)
         batch[schema.TASK] = [task]
-        processed: dict[str, Any] = self.preprocessor(batch)
+        processed: dict[str, Any] = self.preprocessor(self.env_preprocessor(batch))
         return processed
 
     def act_on(self, batch: dict[str, Any]) -> np.ndarray:
@@ -179,7 +181,7 @@ def run_episode(
         action = np.asarray(proposed, dtype=np.float32)
         if on_instruction is not None:
             on_instruction(instruction)
-        oracle.append(schema.decode_text(observation.get(ORACLE_KEY, ())))
+        oracle.append(decode_text(observation.get(ORACLE_KEY, ())))
         observation, _, terminated, truncated, info = env.step(action)
         instructions.append(instruction)
         failures.append(info["failure"])

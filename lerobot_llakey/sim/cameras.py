@@ -5,13 +5,14 @@ from __future__ import annotations
 import atexit
 import functools
 import weakref
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import mujoco
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from lerobot_llakey.geometry import pinhole_intrinsics
+from lerobot_llakey.geometry import DOWN, nearest_sign, pinhole_intrinsics
 from lerobot_llakey.schema import CAMERAS
 from lerobot_llakey.sim.mujoco_poses import wxyz
 from lerobot_llakey.sim.robot import HULL_GROUP, VISUAL_GROUP
@@ -47,14 +48,14 @@ class RGBD:
     Attributes:
         rgb: (H, W, 3) uint8.
         depth: (H, W) float32 z-depth in millimetres.
-        intrinsics: (3, 3) float32 in pixels.
-        extrinsics: (4, 4) float32 camera-to-base, OpenCV axes.
+        intrinsics: (4,) float32 fx, fy, cx, cy in pixels.
+        pose: (7,) float32 camera-to-base, OpenCV axes: position in metres, quaternion xyzw.
     """
 
     rgb: np.ndarray
     depth: np.ndarray
     intrinsics: np.ndarray
-    extrinsics: np.ndarray
+    pose: np.ndarray
 
 
 def add_cameras(spec: mujoco.MjSpec) -> None:
@@ -91,8 +92,8 @@ class CameraRig:
             _close_at_exit()
         return self._renderers[height, width]
 
-    def render(self, data: mujoco.MjData, camera: str) -> RGBD:
-        """The camera's RGB-D picture of the present state."""
+    def render(self, data: mujoco.MjData, camera: str, before: RGBD | None = None) -> RGBD:
+        """The camera's RGB-D picture of the present state; its quaternion's sign is nearest to the picture before."""
         renderer = self._renderer(self.size, self.size)
         renderer.update_scene(data, camera, self._policy_view)
         rgb = renderer.render().copy()
@@ -101,11 +102,12 @@ class CameraRig:
         renderer.disable_depth_rendering()
         index = self.model.camera(camera).id
         intrinsics = pinhole_intrinsics(float(self.model.cam_fovy[index]), self.size, self.size)
-        return RGBD(rgb, depth, intrinsics.astype(np.float32), camera_to_base(data, index).astype(np.float32))
+        pose = camera_to_base(data, index, DOWN if before is None else before.pose[3:])
+        return RGBD(rgb, depth, intrinsics.astype(np.float32), pose.astype(np.float32))
 
-    def render_all(self, data: mujoco.MjData) -> dict[str, RGBD]:
-        """Pictures of all the policy's cameras, in the contract's order."""
-        return {camera: self.render(data, camera) for camera in CAMERAS}
+    def render_all(self, data: mujoco.MjData, before: Mapping[str, RGBD] | None = None) -> dict[str, RGBD]:
+        """Pictures of all the policy's cameras, given those before within the episode, if any."""
+        return {camera: self.render(data, camera, (before or {}).get(camera)) for camera in CAMERAS}
 
     def render_for_people(self, data: mujoco.MjData, height: int = 480, width: int = 640) -> np.ndarray:
         """(height, width, 3) uint8 picture of the detailed meshes from the viewer camera."""
@@ -141,12 +143,10 @@ def _make_renderer(model: mujoco.MjModel, height: int, width: int) -> mujoco.Ren
     return mujoco.Renderer(model, height, width, max_geom=model.ngeom + _SPARE_GEOMS)
 
 
-def camera_to_base(data: mujoco.MjData, camera: int) -> np.ndarray:
-    """(4, 4) pose of a camera with OpenCV axes in the base frame."""
-    matrix = np.eye(4)
-    matrix[:3, :3] = data.cam_xmat[camera].reshape(3, 3) @ _FLIP
-    matrix[:3, 3] = data.cam_xpos[camera]
-    return matrix
+def camera_to_base(data: mujoco.MjData, camera: int, reference: np.ndarray = DOWN) -> np.ndarray:
+    """(7,) pose of a camera with OpenCV axes in the base frame, its quaternion of the sign nearer to a reference."""
+    rotation = Rotation.from_matrix(data.cam_xmat[camera].reshape(3, 3) @ _FLIP)
+    return np.concatenate((data.cam_xpos[camera], nearest_sign(rotation.as_quat(), reference)))
 
 
 def _orientation(axes: np.ndarray) -> np.ndarray:

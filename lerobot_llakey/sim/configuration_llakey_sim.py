@@ -10,12 +10,14 @@ import gymnasium as gym
 from lerobot.configs import FeatureType, PolicyFeature
 from lerobot.envs.configs import EnvConfig
 from lerobot.envs.utils import _LazyAsyncVectorEnv, freeze_after_episode_end
+from lerobot.processor import PolicyProcessorPipeline
 
 from lerobot_llakey import schema
 from lerobot_llakey.bounds import require_count
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.sim.processes import share_imports
 from lerobot_llakey.sim.settings import check_settings
+from lerobot_llakey.sim.text_codes import OracleTextStep
 
 SUITE = "llakey_sim"
 
@@ -36,7 +38,7 @@ class LlakeySimConfig(EnvConfig):
         detailed: show the robot's detailed meshes in pictures made for people.
         disturbance: unforeseen event that strikes once an episode (drop, block, shift or empty_grasp), or imprecise: a
             hand that ends beside its marks; none where empty.
-        features: what an observation holds, derived from image_size.
+        features: what an observation holds, derived from image_size; the state is ordered as schema.SIM_STATE_NAMES.
         features_map: names of the features in LeRobot's observations.
 
     Raises:
@@ -76,14 +78,27 @@ class LlakeySimConfig(EnvConfig):
         size = self.image_size
         self.features = {
             schema.ACTION: PolicyFeature(FeatureType.ACTION, (schema.ACTION_DIM,)),
-            "agent_pos": PolicyFeature(FeatureType.STATE, (schema.STATE_DIM,)),
+            "agent_pos": PolicyFeature(FeatureType.STATE, (len(schema.SIM_STATE_NAMES),)),
+            "velocity": PolicyFeature(FeatureType.STATE, (len(schema.SIM_VELOCITY_NAMES),)),
+            "step": PolicyFeature(FeatureType.STATE, (1,)),
         }
-        self.features_map = {schema.ACTION: schema.ACTION, "agent_pos": schema.STATE}
+        self.features_map = {
+            schema.ACTION: schema.ACTION,
+            "agent_pos": schema.STATE,
+            "velocity": schema.VELOCITY,
+            "step": schema.STEP,
+        }
         for camera in schema.CAMERAS:
             self.features[f"pixels/{camera}"] = PolicyFeature(FeatureType.VISUAL, (size, size, 3))
             self.features_map[f"pixels/{camera}"] = schema.image_key(camera)
             self.features[f"images.{camera}_depth"] = PolicyFeature(FeatureType.VISUAL, (size, size, 1))
             self.features_map[f"images.{camera}_depth"] = schema.depth_key(camera)
+            for calibration, names, key in (
+                ("camera_intrinsics", schema.INTRINSICS_NAMES, schema.intrinsics_key),
+                ("camera_extrinsics", schema.POSE_NAMES, schema.extrinsics_key),
+            ):
+                self.features[f"{calibration}.{camera}"] = PolicyFeature(FeatureType.STATE, (len(names),))
+                self.features_map[f"{calibration}.{camera}"] = key(camera)
 
     @property
     def gym_kwargs(self) -> dict[str, Any]:
@@ -98,6 +113,10 @@ class LlakeySimConfig(EnvConfig):
             "detailed": self.detailed,
             "disturbance": self.disturbance,
         }
+
+    def get_env_processors(self) -> tuple[PolicyProcessorPipeline, PolicyProcessorPipeline]:
+        """What comes between observations and a policy's preprocessor, and between its actions and the environment."""
+        return PolicyProcessorPipeline(steps=[OracleTextStep()]), PolicyProcessorPipeline(steps=[])
 
     def create_envs(self, n_envs: int, use_async_envs: bool = False) -> dict[str, dict[int, gym.vector.VectorEnv]]:
         """One vector environment of ``n_envs`` copies for each task: ``{task: {0: VectorEnv}}``.

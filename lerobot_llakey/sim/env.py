@@ -19,6 +19,7 @@ from lerobot_llakey.sim.settings import check_settings
 from lerobot_llakey.sim.spaces import action_space, checked_action, observation_space
 from lerobot_llakey.sim.tasks import make_task
 from lerobot_llakey.sim.tasks.base import Waypoint
+from lerobot_llakey.sim.text_codes import encode_text
 from lerobot_llakey.sim.world import World
 
 _LOG = logging.getLogger(__name__)
@@ -42,7 +43,8 @@ class LlakeySimEnv(gym.Env):
         split: range of scene seeds: train, val or test.
         image_size: height and width in pixels of the cameras.
         episode_length: actions after which an episode is cut off.
-        oracle_instructions: add the expert's instruction, encoded as text, to the observation.
+        oracle_instructions: add the expert's instruction to the observation, as the code points of
+            :func:`lerobot_llakey.sim.text_codes.encode_text`.
         render_size: height and width in pixels of :meth:`render`.
         render_fps: frames a second of videos with one frame an action.
         detailed: show the robot's detailed meshes to people.
@@ -88,6 +90,7 @@ class LlakeySimEnv(gym.Env):
         self._world: World | None = None
         self._rig: CameraRig | None = None
         self._pictures: Mapping[str, RGBD] = {}
+        self._state: np.ndarray | None = None
         self._elapsed = 0
         self._is_running = False
         self._on_frame: Callable[[np.ndarray], None] | None = None
@@ -139,6 +142,7 @@ class LlakeySimEnv(gym.Env):
         self.world.reset(schema.scene_seed(self.split, index), asked.get("variation"), self.disturbance or None)
         self._watch()
         self._elapsed, self._is_running = 0, True
+        self._pictures, self._state = {}, None  # quaternions' signs are an episode's own
         return self._observation(), self._info(bool(self._task.success(self.world)), "")
 
     def step(self, action: np.ndarray) -> tuple[dict[str, Any], float, bool, bool, dict[str, Any]]:
@@ -217,19 +221,20 @@ class LlakeySimEnv(gym.Env):
             self.world.observe(lambda: callback(self.render()), self._watch_fps)
 
     def _observation(self) -> dict[str, Any]:
-        pictures = self._pictures = self.rig.render_all(self.world.data)
+        pictures = self._pictures = self.rig.render_all(self.world.data, self._pictures)
+        self._state = self.world.state(self._state)
         observation: dict[str, Any] = {
             "pixels": {camera: pictures[camera].rgb for camera in schema.CAMERAS},
-            "agent_pos": self.world.state(),
+            "agent_pos": self._state.copy(),
             "velocity": self.world.velocity(),
             "step": np.array([self._elapsed], dtype=np.float32),
-            "camera_intrinsics": np.stack([pictures[camera].intrinsics for camera in schema.CAMERAS]),
-            "camera_extrinsics": np.stack([pictures[camera].extrinsics for camera in schema.CAMERAS]),
         }
-        for camera in schema.CAMERAS:
-            observation[f"images.{camera}_depth"] = pictures[camera].depth[None]
+        for camera, picture in pictures.items():
+            observation[f"images.{camera}_depth"] = picture.depth[None]
+            observation[f"camera_intrinsics.{camera}"] = picture.intrinsics
+            observation[f"camera_extrinsics.{camera}"] = picture.pose
         if self._oracle_instructions:
-            observation["oracle_instruction"] = schema.encode_text(self.oracle_instruction())
+            observation["oracle_instruction"] = encode_text(self.oracle_instruction())
         return observation
 
     def _info(self, success: bool, failure: str) -> dict[str, Any]:

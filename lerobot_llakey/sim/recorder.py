@@ -10,9 +10,9 @@ import numpy as np
 
 from lerobot_llakey import schema
 from lerobot_llakey.errors import LlakeyError
-from lerobot_llakey.geometry import canonical_quaternion
+from lerobot_llakey.geometry import DOWN, nearest_sign
 from lerobot_llakey.keyframes import discover_keyframes
-from lerobot_llakey.labels import OPEN_ABOVE, Interruption, Labels, label
+from lerobot_llakey.labels import Interruption, Labels, label
 from lerobot_llakey.sim.cameras import RGBD, CameraRig
 from lerobot_llakey.sim.expert import ExpertStep, demonstrate
 from lerobot_llakey.sim.tasks.base import Waypoint
@@ -29,12 +29,12 @@ class Episode:
     """A recorded episode, without pictures.
 
     Attributes:
-        states: (T, 15) float32 robot states of the contract.
-        velocities: (T, 8) float32 velocities of the contract.
+        states: (T, 15) float32, see schema.SIM_STATE_NAMES; quaternions without jumps.
+        velocities: (T, 8) float32, see schema.SIM_VELOCITY_NAMES.
         qpos: (T, nq) the scene's configuration, from which pictures are rendered.
         keyframes: discovered from the states alone; empty where fewer than two frames were recorded.
         waypoints: what the expert went for, one a segment where keyframes_match.
-        keyframes_match: whether each waypoint has exactly one discovered keyframe, at its end, with its gripper state.
+        keyframes_match: whether each waypoint has exactly one discovered keyframe, at its end, and the gripper was commanded as it says.
         success: whether the task's oracle was satisfied at the end.
         task: name of the task.
         description: skill instruction.
@@ -42,6 +42,7 @@ class Episode:
         variation: of the task.
         sequence: action sequence of the task.
         fps: frames a second.
+        gripper_open: what the gripper was commanded to be at the end of each action.
         failures: why the arm did not move, where it did not.
         interruptions: the actions that a disturbance kept from ending as meant.
     """
@@ -59,6 +60,7 @@ class Episode:
     variation: int
     sequence: int
     fps: float = FPS
+    gripper_open: list[bool] = field(default_factory=list)
     failures: list[str] = field(default_factory=list)
     interruptions: list[Interruption] = field(default_factory=list)
 
@@ -81,6 +83,7 @@ class Episode:
             self.keyframes,
             [waypoint.instruction for waypoint in self.waypoints],
             [waypoint.ignore_collision for waypoint in self.waypoints],
+            self.gripper_open,
             self.interruptions,
         )
 
@@ -113,7 +116,7 @@ def record(
     times: list[float] = []
 
     def take() -> None:
-        states.append(world.state())
+        states.append(world.state(states[-1] if states else None))
         velocities.append(world.velocity())
         configurations.append(world.data.qpos.copy())
         times.append(float(world.data.time))
@@ -122,20 +125,22 @@ def record(
     take()
     steps: list[ExpertStep] = []
     ends: list[int] = []
+    opened: list[bool] = []
     interruptions: list[Interruption] = []
     for step in demonstrate(world):
         steps.append(step)
         ends.append(len(states) - 1)
+        opened.append(not world.gripper_closed)
         struck = world.disturbance.time if world.disturbance is not None else None
         if struck is not None:
             frame = int(np.searchsorted(times, struck))
-            meant = waypoint_action(step.waypoint)
+            meant = waypoint_action(step.waypoint, states[-1])
             interruptions.append(Interruption(len(steps) - 1, frame, meant, disturbance or ""))
     world.observe(None)
     trajectory = np.stack(states)
     keyframes: list[int] = []
     if len(trajectory) > 1:
-        keyframes = discover_keyframes(trajectory[:, schema.JOINTS], trajectory[:, schema.GRIPPER], fps)
+        keyframes = discover_keyframes(trajectory[:, schema.HAND_DIM :], trajectory[:, schema.GRIPPER], fps)
     waypoints = [step.waypoint for step in steps]
     for interruption in interruptions:
         keyframes = _without_event(keyframes, ends, interruption.segment)
@@ -146,7 +151,7 @@ def record(
         qpos=np.stack(configurations),
         keyframes=keyframes,
         waypoints=waypoints,
-        keyframes_match=_match(keyframes, ends, waypoints, trajectory, fps, interruptions),
+        keyframes_match=_match(keyframes, ends, waypoints, opened, fps, interruptions),
         success=bool(steps) and bool(steps[-1].success),
         task=task.name,
         description=task.description,
@@ -154,18 +159,17 @@ def record(
         variation=int(task.variation),
         sequence=int(task.sequence),
         fps=fps,
+        gripper_open=opened,
         failures=[step.failure for step in steps if step.failure],
         interruptions=interruptions,
     )
 
 
-def waypoint_action(waypoint: Waypoint) -> np.ndarray:
-    """Action (9,) float32 that asks for a waypoint."""
+def waypoint_action(waypoint: Waypoint, state: np.ndarray | None = None) -> np.ndarray:
+    """Action (9,) float32 that asks for a waypoint, its quaternion of the sign nearest to the present state's."""
     pose = waypoint.pose
-    return np.array(
-        (*pose.position, *canonical_quaternion(pose.quaternion), waypoint.gripper_open, waypoint.ignore_collision),
-        dtype=np.float32,
-    )
+    quaternion = nearest_sign(pose.quaternion, DOWN if state is None else state[schema.QUATERNION])
+    return np.array((*pose.position, *quaternion, waypoint.gripper_open, waypoint.ignore_collision), dtype=np.float32)
 
 
 def _without_event(keyframes: list[int], ends: list[int], segment: int) -> list[int]:
@@ -179,7 +183,7 @@ def _match(
     keyframes: list[int],
     ends: list[int],
     waypoints: Sequence[Waypoint],
-    states: np.ndarray,
+    opened: Sequence[bool],
     fps: float,
     interruptions: Sequence[Interruption],
 ) -> bool:
@@ -188,7 +192,7 @@ def _match(
     frames = np.array(keyframes)
     # The next action may start before the robot has settled, where it moves the gripper alone.
     on_time = (frames <= np.array(ends) + 1) & (frames >= np.array(ends) - _REACHED_WITHIN * fps)
-    gripper = (states[frames, schema.GRIPPER] > OPEN_ABOVE) == [waypoint.gripper_open for waypoint in waypoints]
+    gripper = np.array([waypoint.gripper_open for waypoint in waypoints]) == opened
     for cut in interruptions:
         # Cut short, an action need not end as it was meant to; what follows it must tell how to go on.
         gripper[cut.segment] |= cut.segment < len(ends) - 1
@@ -218,20 +222,22 @@ def render_frames(
             "render before recording the next episode."
         )
     scratch = mujoco.MjData(world.model)
+    pictures: dict[str, RGBD] = {}
     for frame in frames:
         scratch.qpos[:] = episode.qpos[frame]
         mujoco.mj_kinematics(world.model, scratch)
         mujoco.mj_comPos(world.model, scratch)
         mujoco.mj_camlight(world.model, scratch)
-        yield frame, rig.render_all(scratch)
+        pictures = rig.render_all(scratch, pictures)
+        yield frame, pictures
 
 
 def frame_columns(pictures: Mapping[str, RGBD]) -> dict[str, np.ndarray]:
-    """Pictures under the contract's names: RGB uint8 (H, W, 3), depth uint16 (H, W, 1) in millimetres, cameras."""
+    """Pictures under the contract's names: RGB uint8 (H, W, 3), depth uint16 (H, W, 1) in millimetres, calibration."""
     columns: dict[str, np.ndarray] = {}
     for camera, picture in pictures.items():
         columns[schema.image_key(camera)] = picture.rgb
         columns[schema.depth_key(camera)] = np.rint(picture.depth).clip(0, 65535).astype(np.uint16)[..., None]
-    columns[schema.INTRINSICS] = np.stack([picture.intrinsics for picture in pictures.values()])
-    columns[schema.EXTRINSICS] = np.stack([picture.extrinsics for picture in pictures.values()])
+        columns[schema.intrinsics_key(camera)] = picture.intrinsics
+        columns[schema.extrinsics_key(camera)] = picture.pose
     return columns

@@ -63,17 +63,16 @@ def observation_space(size: int, oracle_instructions: bool) -> spaces.Dict:
         size: height and width in pixels of the cameras.
         oracle_instructions: whether they hold the expert's instruction.
     """
-    count = len(schema.CAMERAS)
     space: dict[str, spaces.Space] = {
         "pixels": spaces.Dict({camera: spaces.Box(0, 255, (size, size, 3), np.uint8) for camera in schema.CAMERAS}),
-        "agent_pos": _unbounded(schema.STATE_DIM),
-        "velocity": _unbounded(schema.VELOCITY_DIM),
+        "agent_pos": _unbounded(len(schema.SIM_STATE_NAMES)),
+        "velocity": _unbounded(len(schema.SIM_VELOCITY_NAMES)),
         "step": _unbounded(1),
-        "camera_intrinsics": _unbounded(count, 3, 3),
-        "camera_extrinsics": _unbounded(count, 4, 4),
     }
     for camera in schema.CAMERAS:
         space[f"images.{camera}_depth"] = spaces.Box(0.0, np.inf, (1, size, size), np.float32)
+        space[f"camera_intrinsics.{camera}"] = _unbounded(len(schema.INTRINSICS_NAMES))
+        space[f"camera_extrinsics.{camera}"] = _unbounded(len(schema.POSE_NAMES))
     if oracle_instructions:
         space["oracle_instruction"] = _unbounded(schema.TEXT_LENGTH)
     return spaces.Dict(space)

@@ -10,8 +10,9 @@ from contextlib import contextmanager
 import mujoco
 import numpy as np
 
+from lerobot_llakey import schema
 from lerobot_llakey.bounds import require_count
-from lerobot_llakey.geometry import Pose
+from lerobot_llakey.geometry import DOWN, Pose, nearest_sign
 from lerobot_llakey.sim.disturbances import Disturbance, make_disturbance
 from lerobot_llakey.sim.kinematics import Kinematics
 from lerobot_llakey.sim.motion import Motion
@@ -148,14 +149,15 @@ class World:
         """Whether the gripper was last told to close."""
         return bool(self.data.ctrl[self.robot.finger_actuators[0]] < 0.5 * self.robot.open_target)
 
-    def state(self) -> np.ndarray:
-        """(15,) float32 robot state of the data contract."""
+    def state(self, before: np.ndarray | None = None) -> np.ndarray:
+        """(15,) float32 robot state, see schema.SIM_STATE_NAMES, its quaternion of the sign nearest to the state before's."""
         tool = self.tool
-        parts = (tool.position, tool.quaternion, [self.robot.opening(self.data)], self.robot.joints(self.data))
+        quaternion = nearest_sign(tool.quaternion, DOWN if before is None else before[schema.QUATERNION])
+        parts = (tool.position, quaternion, [self.robot.opening(self.data)], self.robot.joints(self.data))
         return np.concatenate(parts).astype(np.float32)
 
     def velocity(self) -> np.ndarray:
-        """(8,) float32 velocity of the data contract."""
+        """(8,) float32 velocity, see schema.SIM_VELOCITY_NAMES."""
         return self.robot.velocity(self.data).astype(np.float32)
 
     def pose(self, body: str) -> Pose:
