@@ -167,7 +167,9 @@ def fake_keysteps(
             frame = dict(scene) | {
                 schema.STATE: _at(scene[schema.STATE], reached),
                 # It stands at the start and at keyframes.
-                schema.VELOCITY: np.full(len(schema.SIM_VELOCITY_NAMES), 0.0 if is_keyframe or index == 0 else 0.3, np.float32),
+                schema.VELOCITY: np.full(
+                    len(schema.SIM_VELOCITY_NAMES), 0.0 if is_keyframe or index == 0 else 0.3, np.float32
+                ),
                 schema.ACTION: steps[segment][1],
                 schema.INSTRUCTION: steps[segment][0],
                 schema.PREVIOUS_INSTRUCTION: previous,
