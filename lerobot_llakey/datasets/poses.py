@@ -24,21 +24,10 @@ _XYZ = schema.POSE_NAMES[:3]
 _ENTRY = re.compile(r"(?P<matrix>.*?)_?(?P<row>[0-3])[_,]?(?P<column>[0-3])[\])]?")
 _ENTRIES = tuple(f"m{row}{column}" for row in range(4) for column in range(4))
 _AMBIGUOUS = ("rx", "ry", "rz")
+_IN_RADIANS = ("rotation_vector", "euler")
+_MOST_TURNED = 2 * np.pi + 0.1
 _RIGID = 0.02
 """By how much the rows of a recorded rotation matrix may differ from unit length; they are rounded."""
-
-
-@dataclass(frozen=True)
-class _Form:
-    """A way to write a rotation.
-
-    Attributes:
-        names: plain names of its numbers, in the order of an unnamed state; the first ones tell the form.
-        read: makes rotations of numbers (T, len(names)).
-    """
-
-    names: tuple[str, ...]
-    read: Callable[[np.ndarray], Rotation]
 
 
 def _matrices(entries: np.ndarray) -> Rotation:
@@ -54,15 +43,23 @@ def _matrices(entries: np.ndarray) -> Rotation:
     return Rotation.from_matrix(matrices)
 
 
-_FORMS: dict[str, _Form] = {
-    "quaternion": _Form(("qx", "qy", "qz", "qw"), Rotation.from_quat),
-    "quaternion_wxyz": _Form(("qw", "qx", "qy", "qz"), lambda q: Rotation.from_quat(q, scalar_first=True)),
-    "rotation_vector": _Form(("wx", "wy", "wz"), Rotation.from_rotvec),
-    "euler": _Form(("roll", "pitch", "yaw"), lambda angles: Rotation.from_euler("xyz", angles)),
-    "matrix": _Form(_ENTRIES, _matrices),
+_FORMS: dict[str, tuple[str, ...]] = {
+    "quaternion": ("qx", "qy", "qz", "qw"),
+    "quaternion_wxyz": ("qw", "qx", "qy", "qz"),
+    "rotation_vector": ("wx", "wy", "wz"),
+    "euler": ("roll", "pitch", "yaw"),
+    "euler_degrees": ("roll", "pitch", "yaw"),
+    "matrix": _ENTRIES,
+}
+"""Ways to write a rotation, with the names of their numbers in the order of a state without names."""
+_READ: dict[str, Callable[[np.ndarray], Rotation]] = {
+    "rotation_vector": Rotation.from_rotvec,
+    "euler": lambda angles: Rotation.from_euler("xyz", angles),
+    "euler_degrees": lambda angles: Rotation.from_euler("xyz", angles, degrees=True),
+    "matrix": _matrices,
 }
 ROTATIONS = tuple(_FORMS)
-"""What ``--rotation`` may say. Angles and rotation vectors are in radians; Euler angles turn about the base's x axis
+"""What ``--rotation`` may say. Rotation vectors and Euler angles are in radians; Euler angles turn about the base's x axis
 (roll), then its y axis (pitch), then its z axis (yaw)."""
 
 
@@ -74,7 +71,7 @@ class StateReader:
         names: of the converted numbers: schema.POSE_NAMES, "gripper_opening" where there is a gripper, further ones.
         position: places of x, y and z.
         rotation: places of the rotation's numbers, in the order of its form.
-        form: one of ROTATIONS.
+        form: one of ROTATIONS, "quaternion" for either order.
         gripper: place of the opening, None without a gripper.
         further: places of the further numbers.
         opening_range: what counts as closed and as open.
@@ -94,16 +91,19 @@ class StateReader:
         Numbers that are not finite and quaternions of no length stay as they are, to be found by the checks.
 
         Raises:
-            LlakeyError: if a matrix is not rigid.
+            LlakeyError: if a matrix is not rigid, or angles are in degrees.
         """
         values = states.astype(np.float64)
-        rotation = values[:, self.rotation]
-        usable = np.isfinite(rotation).all(axis=1)
-        if self.form.startswith("quaternion"):
-            quaternion = rotation if self.form == "quaternion" else np.roll(rotation, -1, axis=1)
-        else:
-            quaternion = np.full((len(values), 4), np.nan)
-            quaternion[usable] = _FORMS[self.form].read(rotation[usable]).as_quat()
+        quaternion = values[:, self.rotation]
+        if self.form != "quaternion":
+            usable = np.isfinite(quaternion).all(axis=1)
+            numbers, quaternion = quaternion[usable], np.full((len(values), 4), np.nan)
+            if self.form in _IN_RADIANS and np.abs(numbers).max(initial=0.0) > _MOST_TURNED:
+                raise LlakeyError(
+                    f"Expected the hand's rotation in radians in {schema.STATE}, got {np.abs(numbers).max():.4g}; say "
+                    "--rotation=euler_degrees if these are Euler angles in degrees, else convert them."
+                )
+            quaternion[usable] = _READ[self.form](numbers).as_quat()
         parts = [values[:, self.position], quaternion]
         if self.gripper is not None:
             closed, opened = self.opening_range
@@ -162,7 +162,7 @@ def _named(feature: Mapping[str, Any], rotation: str | None, state_names: Sequen
     count = int(np.prod(tuple(feature.get("shape") or (0,))))
     names = list(state_names) if state_names is not None else names_of(feature)
     if state_names is None and len(names) != count and rotation is not None:
-        first = _FORMS[rotation].names if rotation == "matrix" else (*_XYZ, *_FORMS[rotation].names)
+        first = _FORMS[rotation] if rotation == "matrix" else (*_XYZ, *_FORMS[rotation])
         names = [*first, *(f"number_{place}" for place in range(len(first), count))]
     if len(names) != count:
         got = f"{len(names)} names ({', '.join(names)})" if names else "none"
@@ -177,18 +177,20 @@ def _rotation(plain: Sequence[str], given: Sequence[str], wanted: str | None) ->
     """The rotation's form, and the places of its numbers."""
     found: dict[str, tuple[int, ...]] = {}
     for form in ("quaternion", "rotation_vector", "euler"):
-        if set(_FORMS[form].names) <= set(plain):
-            found[form] = tuple(_place(plain, name, given) for name in _FORMS[form].names)
+        if set(_FORMS[form]) <= set(plain):
+            found[form] = tuple(_place(plain, name, given) for name in _FORMS[form])
     matrix = _matrix(plain)
     if matrix:
         found["matrix"] = matrix
     ambiguous = set(_AMBIGUOUS) <= set(plain)
-    if ambiguous and wanted in ("rotation_vector", "euler"):
-        found = {wanted: tuple(_place(plain, name, given) for name in _AMBIGUOUS)}
+    kind = "" if wanted is None else wanted.removesuffix("_wxyz").removesuffix("_degrees")
+    if ambiguous and kind in ("rotation_vector", "euler"):
+        found = {kind: tuple(_place(plain, name, given) for name in _AMBIGUOUS)}
     if wanted is not None:
-        found = {form: places for form, places in found.items() if form == wanted.removesuffix("_wxyz")}
+        found = {form: places for form, places in found.items() if form == kind}
     if len(found) == 1:
-        return next(iter(found.items()))
+        form, places = next(iter(found.items()))
+        return (wanted if wanted == "euler_degrees" else form), places
     if ambiguous and not found:
         wrong, advice = "rx, ry, rz", "say which by --rotation=rotation_vector or --rotation=euler"
     elif found:
