@@ -52,6 +52,11 @@ def further_columns(names: Sequence[str]) -> tuple[int, ...]:
     return tuple(place for place in range(len(names)) if place not in hand)
 
 
+def joint_columns(names: Sequence[str]) -> list[int]:
+    """Places of a state's joint angles in radians: those further numbers whose names hold "joint"."""
+    return [place for place in further_columns(names) if "joint" in names[place].lower()]
+
+
 def read_hand[Array: (np.ndarray, Tensor)](states: Array, columns: Sequence[int]) -> Array:
     """The hands (..., 8) in states (..., N): position, quaternion, opening; without a gripper, it counts as open.
 

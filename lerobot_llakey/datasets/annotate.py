@@ -25,14 +25,14 @@ from lerobot_llakey.datasets.found import FoundKeyframes
 from lerobot_llakey.datasets.language import write_language
 from lerobot_llakey.datasets.poses import state_reader
 from lerobot_llakey.datasets.rewrite import rewrite
-from lerobot_llakey.datasets.units import check_states, joint_columns
+from lerobot_llakey.datasets.units import check_states
 from lerobot_llakey.datasets.velocities import estimate_velocities, velocity_columns
 from lerobot_llakey.datasets.wording import by_place, refuse_outside_grammar
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.files import check_writable
 from lerobot_llakey.folders import new_folder, refuse_occupied
 from lerobot_llakey.geometry import continuous_quaternions
-from lerobot_llakey.hand import hand_columns, read_hand
+from lerobot_llakey.hand import hand_columns, joint_columns, read_hand
 from lerobot_llakey.keyframes import discover_keyframes, pose_numbers
 from lerobot_llakey.labels import Labels, label
 
@@ -170,7 +170,10 @@ def annotate(
         features[schema.VELOCITY] = schema.vector(velocity_names)
         columns[schema.VELOCITY] = _velocities(found)
     for camera, known in (calibration or {}).items():
-        for key, value in ((schema.intrinsics_key(camera), known.intrinsics), (schema.extrinsics_key(camera), known.extrinsics)):
+        for key, value in (
+            (schema.intrinsics_key(camera), known.intrinsics),
+            (schema.extrinsics_key(camera), known.extrinsics),
+        ):
             features[key] = schema.vector(schema.INTRINSICS_NAMES if len(value) == 4 else schema.POSE_NAMES)
             columns[key] = np.tile(value, (source.meta.total_frames, 1))
     check_writable(root, sum(file.stat().st_size for file in source.root.rglob("*") if file.is_file()))
@@ -213,7 +216,11 @@ def _label(episode: FoundKeyframes, instructions: Sequence[str], ignore_collisio
         )
     hand = read_hand(episode.states, hand_columns(episode.names))
     return label(
-        hand, episode.keyframes, list(instructions), [ignore_collision] * count, episode.opened[episode.keyframes].tolist()
+        hand,
+        episode.keyframes,
+        list(instructions),
+        [ignore_collision] * count,
+        episode.opened[episode.keyframes].tolist(),
     )
 
 

@@ -37,8 +37,8 @@ def _matrices(entries: np.ndarray) -> Rotation:
     if wrong.any():
         row = int(wrong.argmax())
         raise LlakeyError(
-            f"Expected rigid matrices of the hand, row by row, in {schema.STATE}, got {matrices[row].round(3).tolist()} "
-            f"as the rotation of row {row}; give base-from-hand matrices that are not transposed or scaled."
+            f"Expected rigid matrices of the hand, row by row, in {schema.STATE}, got "
+            f"{matrices[row].round(3).tolist()} as the rotation of row {row}; give base-from-hand matrices that are not transposed or scaled."
         )
     return Rotation.from_matrix(matrices)
 
@@ -59,8 +59,8 @@ _READ: dict[str, Callable[[np.ndarray], Rotation]] = {
     "matrix": _matrices,
 }
 ROTATIONS = tuple(_FORMS)
-"""What ``--rotation`` may say. Rotation vectors and Euler angles are in radians; Euler angles turn about the base's x axis
-(roll), then its y axis (pitch), then its z axis (yaw)."""
+"""What ``--rotation`` may say. Rotation vectors and Euler angles are in radians; Euler angles turn about the base's x
+axis (roll), then its y axis (pitch), then its z axis (yaw)."""
 
 
 @dataclass(frozen=True)
@@ -138,10 +138,8 @@ def state_reader(
     given = _named(feature, rotation, state_names)
     plain = [plain_name(name) for name in given]
     form, turn = _rotation(plain, given, rotation)
-    if form == "matrix":
-        position = turn[3], turn[7], turn[11]
-    else:
-        position = tuple(_place(plain, name, given) for name in _XYZ)
+    in_matrix = turn[3:12:4]
+    position = in_matrix if form == "matrix" else tuple(_place(plain, name, given) for name in _XYZ)
     place = _gripper(plain, given, gripper)
     hand = {*position, *turn, place}
     further = tuple(index for index in range(len(given)) if index not in hand)

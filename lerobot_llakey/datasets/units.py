@@ -7,9 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from lerobot_llakey import schema
-
 from lerobot_llakey.errors import LlakeyError
-from lerobot_llakey.hand import further_columns, hand_columns
+from lerobot_llakey.hand import hand_columns, joint_columns
 
 _MOST_TURNED = 4 * np.pi
 """Radians beyond which no joint turns; degrees get there within a few frames."""
@@ -18,11 +17,6 @@ _PLAY = 0.05
 """How far beyond 0..1 an opening may lie."""
 _METRES_OPEN, _MOVED = 0.13, 0.005
 """A gripper that moves, and never opens farther than a hand's width in metres, was not recorded as a share."""
-
-
-def joint_columns(state_names: Sequence[str]) -> list[int]:
-    """Places of the joint angles in radians among a state's names: those of the further numbers named as joints."""
-    return [place for place in further_columns(state_names) if "joint" in state_names[place].lower()]
 
 
 def check_states(states: np.ndarray, state_names: Sequence[str], episodes: np.ndarray) -> None:
