@@ -33,7 +33,7 @@ _SMOOTH, _SMOOTH_STEP = 0.2, 0.02
 """Share of neighbouring pixels that are as near as this in metres, of any scene; noise has fewer."""
 _KEYFRAME_NEAR = 0.05
 _INSIDE = 0.02
-_MARGIN = 0.2
+_MARGIN = 0.3
 
 Depths = np.ndarray
 

@@ -78,7 +78,7 @@ def _look(dataset: Any, count: int, workspace: schema.Workspace | None, found: l
         sample = draw(dataset, cameras, count)
     found.extend(check_pictures(sample, workspace))
     found.sort(key=lambda finding: not finding.certain)
-    return len(sample.states)
+    return len(sample.hands)
 
 
 def _table(found: list[Finding]) -> str:
