@@ -14,17 +14,14 @@ from typing import Any
 
 import numpy as np
 import pyarrow as pa
-from lerobot.datasets.compute_stats import get_feature_stats
-from lerobot.datasets.io_utils import load_stats, write_stats
 from lerobot.datasets.lerobot_dataset import LeRobotDataset
 
 from lerobot_llakey import schema
 from lerobot_llakey.datasets.camera_calibration import CameraCalibration
 from lerobot_llakey.datasets.commanded_gripper import command_column, gripper_opened
 from lerobot_llakey.datasets.found import FoundKeyframes
-from lerobot_llakey.datasets.language import write_language
 from lerobot_llakey.datasets.poses import state_reader
-from lerobot_llakey.datasets.rewrite import rewrite
+from lerobot_llakey.datasets.rewrite import as_column, rewrite
 from lerobot_llakey.datasets.units import check_states
 from lerobot_llakey.datasets.velocities import estimate_velocities, velocity_columns
 from lerobot_llakey.datasets.wording import by_place, refuse_outside_grammar
@@ -179,32 +176,13 @@ def annotate(
     check_writable(root, sum(file.stat().st_size for file in source.root.rglob("*") if file.is_file()))
     with new_folder(root) as folder:
         shutil.copytree(source.root, folder, ignore=shutil.ignore_patterns("README.md", ".cache"))
-        _relabel(folder, columns, features)
+
+        def of(table: pa.Table) -> dict[str, pa.Array]:
+            rows = table["index"].to_numpy()
+            return {key: as_column(values[rows]) for key, values in columns.items()}
+
+        rewrite(folder, of, {key: features[key] for key in columns})
     return LeRobotDataset(repo_id, root=root)
-
-
-def _relabel(root: Path, columns: Mapping[str, np.ndarray], features: Mapping[str, Any]) -> None:
-    """Set a dataset's columns, their statistics and LeRobot's own column of instructions."""
-
-    def of(table: pa.Table) -> dict[str, pa.Array]:
-        rows = table["index"].to_numpy()
-        return {key: _array(values[rows]) for key, values in columns.items()}
-
-    rewrite(root, of, {key: features[key] for key in columns})
-    write_language(root)
-    stats = load_stats(root) or {}
-    for key, values in columns.items():
-        if values.dtype != object:
-            numbers = values.astype(np.float64)
-            stats[key] = get_feature_stats(numbers, axis=0, keepdims=numbers.ndim == 1)
-    write_stats(stats, root)
-
-
-def _array(values: np.ndarray) -> pa.Array:
-    """A column of texts, numbers or vectors (N, D)."""
-    if values.ndim == 2:
-        return pa.FixedSizeListArray.from_arrays(pa.array(values.reshape(-1)), values.shape[1])
-    return pa.array(values, type=pa.string() if values.dtype == object else None)
 
 
 def _label(episode: FoundKeyframes, instructions: Sequence[str], ignore_collision: bool) -> Labels:
