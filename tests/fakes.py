@@ -50,7 +50,7 @@ def render_balls(
     intrinsics: np.ndarray,
     extrinsics: np.ndarray,
     image_size: int | tuple[int, int],
-    radius: float = BALL_RADIUS,
+    radii: np.ndarray | float = BALL_RADIUS,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Ray-cast balls (N, 3) of colours (N, 3) in 0..1 on a grey table.
 
@@ -60,7 +60,7 @@ def render_balls(
         intrinsics: (4,) of the camera.
         extrinsics: (7,) of the camera.
         image_size: height and width, or both in one number.
-        radius: of the balls, metres.
+        radii: of the balls, metres, (N,) or one for all.
 
     Returns:
         RGB uint8 (H, W, 3) and z-depth uint16 (H, W, 1) in millimetres (0 where nothing is hit).
@@ -74,7 +74,7 @@ def render_balls(
     with np.errstate(divide="ignore"):
         depth = np.where(rays[..., 2] < 0, -eye[2] / rays[..., 2], np.inf)
     colour = np.full((height, width, 3), 0.5)
-    for centre, paint in zip(centres, colours, strict=True):
+    for centre, paint, radius in zip(centres, colours, np.broadcast_to(radii, len(centres)), strict=True):
         offset = eye - centre
         a, b = (rays * rays).sum(-1), (rays * offset).sum(-1)
         discriminant = b * b - a * (offset @ offset - radius**2)

@@ -38,7 +38,8 @@ def _matrices(entries: np.ndarray) -> Rotation:
         row = int(wrong.argmax())
         raise LlakeyError(
             f"Expected rigid matrices of the hand, row by row, in {schema.STATE}, got "
-            f"{matrices[row].round(3).tolist()} as the rotation of row {row}; give base-from-hand matrices that are not transposed or scaled."
+            f"{matrices[row].round(3).tolist()} as the rotation of row {row}; "
+            "give hand-to-base matrices that are not transposed or scaled."
         )
     return Rotation.from_matrix(matrices)
 
