@@ -57,8 +57,9 @@ def discover_keyframes(
     """Frames at which the robot has come to rest after moving.
 
     Rules:
-        - A rest lasts at least ``min_rest`` and within every window of that length no joint strays by more than
-          ``arm_tolerance`` and the opening by no more than ``gripper_tolerance``. Shorter stops are part of the motion.
+        - A rest lasts at least ``min_rest`` and three frames, and within every window of that length no joint strays by
+          more than ``arm_tolerance`` and the opening by no more than ``gripper_tolerance``. Shorter stops are part of
+          the motion.
         - Each rest that follows motion gives one keyframe: its first frame at which arm and gripper have arrived, that
           is, lie at the rest's median configuration to within sensor noise (estimated from the rests themselves). A
           rest that lies within a quarter of the tolerances for less than ``min_rest`` is only the slow end of a move.
@@ -96,7 +97,7 @@ def discover_keyframes(
     require_number("min_rest", min_rest, 0, _LONGEST_REST, open="low")
     require_number("arm_tolerance", arm_tolerance, 0, _LARGEST_TOLERANCE, open="low")
     require_number("gripper_tolerance", gripper_tolerance, 0, _LARGEST_TOLERANCE, open="low")
-    window = max(1, round(min_rest * fps))
+    window = max(2, round(min_rest * fps))  # one still pair of frames is no rest: hands hesitate
     rests = _rests(arm, gripper, window, arm_tolerance, gripper_tolerance)
     noise = _noise(rests, arm), _noise(rests, gripper[:, None])
     last = len(arm) - 1

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from lerobot_llakey import schema
 from lerobot_llakey.datasets import wording as module
 from lerobot_llakey.datasets.found import FoundKeyframes
 from lerobot_llakey.datasets.wording import read_instructions, refuse_outside_grammar
@@ -17,7 +18,10 @@ TEXTS = ["move to the top of the cup", "grasp the cup"]
 @pytest.fixture
 def found() -> list[FoundKeyframes]:
     """Two episodes of two segments."""
-    return [FoundKeyframes(episode, "take the cup", np.zeros((26, 15)), [10, 25], 10) for episode in range(2)]
+    hand, opened = np.zeros((26, 8)), np.ones(26, dtype=bool)
+    return [
+        FoundKeyframes(episode, "take the cup", hand, schema.HAND_NAMES, opened, [10, 25], 10) for episode in range(2)
+    ]
 
 
 def test_a_filled_in_template_is_read_again(found: list[FoundKeyframes], tmp_path: Path) -> None:
