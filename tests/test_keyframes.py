@@ -6,9 +6,12 @@ import math
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
+from fakes_trajectories import SEGMENTS, fake_trajectory
 from lerobot_llakey.errors import LlakeyError
-from lerobot_llakey.keyframes import discover_keyframes, segments
+from lerobot_llakey.geometry import continuous_quaternions
+from lerobot_llakey.keyframes import discover_keyframes, pose_numbers, segments
 
 FPS = 10.0
 
@@ -144,6 +147,34 @@ def test_keyframes_do_not_depend_on_the_frame_rate(fps: float) -> None:
     recording.move(gripper=0.0, frames=round(0.2 * fps), rest=round(0.4 * fps))
     found = discover_keyframes(recording.arm, recording.gripper, fps)
     assert np.allclose(np.divide(found, fps), np.divide(recording.expected, fps), atol=0.1)
+
+
+@pytest.mark.parametrize("joints", [0, 5, 6, 7])
+@pytest.mark.parametrize("fps", [5, 10, 15, 30])
+def test_arms_of_any_number_of_joints_with_noise_and_hesitations(joints: int, fps: int) -> None:
+    """No joints stands for a hand of which the pose alone is known."""
+    rng = np.random.default_rng(joints)
+    for _ in range(10):
+        poses, openings, commands, _held = fake_trajectory(np.array([0.3, rng.uniform(-0.1, 0.1), 0.04]), fps, rng)
+        poses[:, :3] += rng.normal(0, 4e-4, (len(poses), 3))
+        turns = Rotation.from_rotvec(rng.normal(0, 1e-3, (len(poses), 3))) * Rotation.from_quat(poses[:, 3:])
+        poses[:, 3:] = continuous_quaternions(turns.as_quat())
+        arm, tolerance = pose_numbers(poses, 0.004, 0.02), 1.0
+        if joints:
+            mixing = rng.uniform(1, 3, (3, joints)) * rng.choice([-1, 1], (3, joints))
+            arm, tolerance = poses[:, :3] @ mixing, 0.01
+        found = discover_keyframes(arm, openings, fps, arm_tolerance=tolerance)
+        assert len(found) == SEGMENTS
+        # The second keyframe is the grasp, which the command precedes.
+        assert found[0] < np.argmax(commands == 0) < found[1]
+
+
+def test_a_hand_that_only_turns_moves() -> None:
+    angles = np.concatenate((np.zeros(5), np.linspace(0, 3, 20), np.full(6, 3.0), np.linspace(3, 7, 20), np.full(5, 7)))
+    turns = continuous_quaternions(Rotation.from_euler("z", angles[:, None]).as_quat())
+    poses = np.concatenate((np.full((len(angles), 3), 0.3), turns), axis=1)
+    arm = pose_numbers(poses, 0.004, 0.02)
+    assert discover_keyframes(arm, np.ones(len(arm)), FPS, arm_tolerance=1.0) == [24, len(arm) - 1]
 
 
 def test_segments_start_at_keyframes_and_name_the_next_one() -> None:

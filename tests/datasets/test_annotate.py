@@ -7,7 +7,8 @@ import pyarrow as pa
 import pytest
 from lerobot.datasets.lerobot_dataset import LeRobotDataset
 
-from fakes_recordings import KINDS, SEGMENTS, calibration_of, fake_demonstrations
+from fakes_recordings import calibration_of, fake_demonstrations
+from fakes_trajectories import KINDS, SEGMENTS
 from lerobot_llakey import schema
 from lerobot_llakey.checks.dataset import find, needs_all
 from lerobot_llakey.datasets import annotate as module
@@ -128,7 +129,7 @@ def test_an_existing_folder_is_refused(source: LeRobotDataset, found: list[Found
 def test_a_state_without_names_is_refused(tmp_path: Path) -> None:
     features = {schema.STATE: {"dtype": "float32", "shape": (6,), "names": None}}
     other = LeRobotDataset.create("me/other", 10, features, root=tmp_path / "other", use_videos=False)
-    with pytest.raises(LlakeyError, match="a name for each of the 6 numbers.*got none"):
+    with pytest.raises(LlakeyError, match=r"a name for each of the 6 numbers.*got none"):
         find_keyframes(other)
 
 

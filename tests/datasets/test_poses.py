@@ -88,9 +88,9 @@ def test_what_names_do_not_tell_is_asked_for(names: Any, options: dict[str, Any]
 
 def test_degrees_and_matrices_that_are_none_are_refused() -> None:
     degrees = np.concatenate((PLACES, np.rad2deg(EULER)), axis=1)
-    with pytest.raises(LlakeyError, match="in radians.*euler_degrees"):
+    with pytest.raises(LlakeyError, match=r"in radians.*euler_degrees"):
         state_reader(named(["x", "y", "z", "roll", "pitch", "yaw"], 6)).read(degrees)
     scaled = MATRICES.copy()
     scaled[1, :3, :3] *= 2
-    with pytest.raises(LlakeyError, match="rigid matrices.*of row 1"):
+    with pytest.raises(LlakeyError, match=r"rigid matrices.*of row 1"):
         state_reader(named(ENTRIES, 16)).read(scaled.reshape(2, 16))
