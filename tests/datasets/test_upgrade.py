@@ -152,7 +152,7 @@ def test_statistics_follow_as_a_whole_and_by_episode(tmp_path: Path) -> None:
 def test_a_dataset_of_the_present_contract_and_a_place_taken_are_refused(tmp_path: Path) -> None:
     old_dataset(tmp_path / "old", "keysteps")
     upgrade(tmp_path / "old", tmp_path / "new")
-    with pytest.raises(LlakeyError, match="first contract.*use it as it is"):
+    with pytest.raises(LlakeyError, match=r"first contract.*use it as it is"):
         upgrade(tmp_path / "new", tmp_path / "newer")
     with pytest.raises(FileInTheWayError):
         upgrade(tmp_path / "old", tmp_path / "new")

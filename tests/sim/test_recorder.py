@@ -47,11 +47,21 @@ def test_the_arm_moves_between_keyframes_and_stands_at_them(episode: Episode) ->
 
 def test_actions_are_where_the_expert_meant_to_go(episode: Episode) -> None:
     actions = episode.labels().action[[0, *episode.keyframes[:-1]]]
-    for action, waypoint in zip(actions, episode.waypoints, strict=True):
+    for action, waypoint, reached in zip(actions, episode.waypoints, episode.states[episode.keyframes], strict=True):
+        np.testing.assert_allclose(action[schema.QUATERNION], reached[schema.QUATERNION], atol=1e-6)
         assert np.linalg.norm(action[schema.POSITION] - waypoint.pose.position) < 0.02
         assert abs(action[schema.QUATERNION] @ waypoint.pose.quaternion) > 0.99
         assert action[schema.GRIPPER] == waypoint.gripper_open
         assert action[schema.IGNORE_COLLISION] == waypoint.ignore_collision
+
+
+def test_what_the_gripper_was_told_counts_and_not_how_far_it_got(episode: Episode) -> None:
+    blocked = replace(episode, states=episode.states.copy())
+    blocked.states[:, schema.GRIPPER] = 0.5
+    told = [waypoint.gripper_open for waypoint in episode.waypoints]
+    assert episode.gripper_open == told and len(set(told)) == 2
+    actions = blocked.labels().action[[0, *episode.keyframes[:-1]]]
+    assert actions[:, schema.GRIPPER].tolist() == told
 
 
 def test_the_same_seed_gives_the_same_episode(drawer_world: World, episode: Episode) -> None:
