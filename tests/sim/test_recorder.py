@@ -24,7 +24,7 @@ def episode(drawer_world: World) -> Episode:
 
 def test_an_episode_holds_states_keyframes_and_an_instruction_a_segment(episode: Episode) -> None:
     assert episode.success and episode.keyframes_match and episode.usable
-    assert episode.states.shape == (len(episode), schema.STATE_DIM) and episode.states.dtype == np.float32
+    assert episode.states.shape == (len(episode), len(schema.SIM_STATE_NAMES)) and episode.states.dtype == np.float32
     assert len(episode.keyframes) == len(episode.waypoints) == 3
     assert episode.keyframes[-1] == len(episode) - 1
     labels = episode.labels()
@@ -34,21 +34,34 @@ def test_an_episode_holds_states_keyframes_and_an_instruction_a_segment(episode:
 
 
 def test_the_arm_moves_between_keyframes_and_stands_at_them(episode: Episode) -> None:
-    assert episode.velocities.shape == (len(episode), schema.VELOCITY_DIM) and episode.velocities.dtype == np.float32
-    fastest = np.abs(episode.velocities[:, schema.ARM_VELOCITY]).max(axis=1)
+    assert (
+        episode.velocities.shape == (len(episode), len(schema.SIM_VELOCITY_NAMES))
+        and episode.velocities.dtype == np.float32
+    )
+    fastest = np.abs(episode.velocities[:, :-1]).max(axis=1)
     assert fastest[[0, *episode.keyframes]].max() < 0.1
     for start, end in pairwise([0, *episode.keyframes]):
-        moved = np.abs(np.diff(episode.states[start : end + 1, schema.JOINTS], axis=0)).max()
+        moved = np.abs(np.diff(episode.states[start : end + 1, schema.HAND_DIM :], axis=0)).max()
         assert moved < 0.01 or fastest[start:end].max() > 0.1
 
 
 def test_actions_are_where_the_expert_meant_to_go(episode: Episode) -> None:
     actions = episode.labels().action[[0, *episode.keyframes[:-1]]]
-    for action, waypoint in zip(actions, episode.waypoints, strict=True):
+    for action, waypoint, reached in zip(actions, episode.waypoints, episode.states[episode.keyframes], strict=True):
+        np.testing.assert_allclose(action[schema.QUATERNION], reached[schema.QUATERNION], atol=1e-6)
         assert np.linalg.norm(action[schema.POSITION] - waypoint.pose.position) < 0.02
         assert abs(action[schema.QUATERNION] @ waypoint.pose.quaternion) > 0.99
         assert action[schema.GRIPPER] == waypoint.gripper_open
         assert action[schema.IGNORE_COLLISION] == waypoint.ignore_collision
+
+
+def test_what_the_gripper_was_told_counts_and_not_how_far_it_got(episode: Episode) -> None:
+    blocked = replace(episode, states=episode.states.copy())
+    blocked.states[:, schema.GRIPPER] = 0.5
+    told = [waypoint.gripper_open for waypoint in episode.waypoints]
+    assert episode.gripper_open == told and len(set(told)) == 2
+    actions = blocked.labels().action[[0, *episode.keyframes[:-1]]]
+    assert actions[:, schema.GRIPPER].tolist() == told
 
 
 def test_the_same_seed_gives_the_same_episode(drawer_world: World, episode: Episode) -> None:
@@ -70,7 +83,7 @@ def test_pictures_taken_afterwards_are_those_of_the_moment(drawer_world: World, 
         # The arm rests at the end, so the last frame shows the present to within a fraction of a millimetre.
         difference = np.abs(pictures[last][camera].rgb.astype(int) - now[camera].rgb)
         assert (difference > 8).mean() < 0.01
-        np.testing.assert_allclose(pictures[last][camera].extrinsics, now[camera].extrinsics, atol=1e-3)
+        np.testing.assert_allclose(pictures[last][camera].pose, now[camera].pose, atol=1e-3)
     first, final = pictures[0]["front"], pictures[last]["front"]
     assert (np.abs(first.rgb.astype(int) - final.rgb) > 8).mean() > 0.01
 
@@ -80,7 +93,7 @@ def test_columns_fit_the_contract(drawer_world: World, episode: Episode) -> None
     rig = CameraRig(drawer_world.model, SIZE)
     _, pictures = next(render_frames(drawer_world, rig, episode, [0]))
     rig.close()
-    features = schema.keystep_features(SIZE, SIZE)
+    features = schema.dataset_features(dict.fromkeys(schema.CAMERAS, (SIZE, SIZE)))
     columns = frame_columns(pictures) | episode.labels().row(0) | episode.origin()
     columns |= {schema.STATE: episode.states[0], schema.VELOCITY: episode.velocities[0]}
     assert set(columns) == set(features)
