@@ -6,7 +6,7 @@ import torch
 
 from lerobot_llakey import schema
 from lerobot_llakey.errors import LlakeyError
-from lerobot_llakey.hand import further_columns, hand_columns, read_hand
+from lerobot_llakey.hand import further_columns, hand_columns, joint_columns, read_hand
 
 
 def test_the_simulators_state_begins_with_the_hand() -> None:
@@ -49,3 +49,8 @@ def test_a_hand_without_a_gripper_counts_as_open() -> None:
 def test_a_pose_that_is_not_whole_is_named(names: list[str], came: str) -> None:
     with pytest.raises(LlakeyError, match=came):
         hand_columns(names)
+
+
+def test_joints_are_the_further_numbers_named_so() -> None:
+    assert joint_columns(["joint_1", *schema.POSE_NAMES, "elbow_joint", "force"]) == [0, 8]
+    assert joint_columns(schema.POSE_NAMES) == []

@@ -10,12 +10,13 @@ import pytest
 PACKAGE = Path(__file__).parent.parent / "lerobot_llakey"
 
 FOUNDATION = {"geometry", "schema"}
-WORDS = FOUNDATION | {"instructions", "hints", "keyframes"}
+WORDS = FOUNDATION | {"hand", "instructions", "hints", "keyframes"}
 POLICIES = {"policies.action", "policies.command", "policies.hierarchy"}
 
 MAY_IMPORT: dict[str, set[str]] = {
     "schema": set(),
     "geometry": {"schema"},
+    "hand": {"schema"},
     "instructions": FOUNDATION,
     "hints": FOUNDATION | {"instructions"},
     "keyframes": FOUNDATION,
