@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 from lerobot.datasets.lerobot_dataset import LeRobotDataset
+from scipy.spatial.transform import Rotation
 
 from lerobot_llakey import geometry, schema
 
@@ -28,41 +29,55 @@ _EYES = ((1.3, 0.0, 0.7), (0.2, 0.7, 0.8), (0.2, -0.7, 0.8), (0.45, 0.0, 0.8))
 
 
 def fake_cameras(image_size: int, count: int = 4) -> tuple[np.ndarray, np.ndarray]:
-    """Intrinsics (C, 3, 3) and camera-to-base extrinsics (C, 4, 4) of fixed cameras that look at the table."""
+    """Intrinsics (C, 4) and poses (C, 7) in the base frame of fixed cameras that look at the table."""
     intrinsics = np.stack([geometry.pinhole_intrinsics(50.0, image_size, image_size)] * count)
-    extrinsics = np.tile(np.eye(4), (count, 1, 1))
-    for index in range(count):
-        eye = np.array(_EYES[index % len(_EYES)])
-        forward = (_TARGET - eye) / np.linalg.norm(_TARGET - eye)
-        right = np.cross(forward, [0.0, 0.0, 1.0])
-        right /= np.linalg.norm(right)
-        extrinsics[index, :3, :3] = np.stack((right, np.cross(forward, right), forward), axis=1)
-        extrinsics[index, :3, 3] = eye
+    extrinsics = np.stack([looking_at(np.array(_EYES[index % len(_EYES)]), _TARGET) for index in range(count)])
     return intrinsics.astype(np.float32), extrinsics.astype(np.float32)
 
 
+def looking_at(eye: np.ndarray, target: np.ndarray) -> np.ndarray:
+    """Pose (7,) of a camera at ``eye`` that looks at ``target``, upright, in OpenCV axes."""
+    forward = (target - eye) / np.linalg.norm(target - eye)
+    right = np.cross(forward, [0.0, 0.0, 1.0])
+    right /= np.linalg.norm(right)
+    turn = Rotation.from_matrix(np.stack((right, np.cross(forward, right), forward), axis=1))
+    return np.concatenate((eye, turn.as_quat()))
+
+
 def render_balls(
-    centres: np.ndarray, colours: np.ndarray, intrinsics: np.ndarray, extrinsics: np.ndarray, image_size: int
+    centres: np.ndarray,
+    colours: np.ndarray,
+    intrinsics: np.ndarray,
+    extrinsics: np.ndarray,
+    image_size: int | tuple[int, int],
+    radius: float = BALL_RADIUS,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Ray-cast balls (N, 3) of colours (N, 3) in 0..1 on a grey table.
+
+    Args:
+        centres: metres.
+        colours: of the balls.
+        intrinsics: (4,) of the camera.
+        extrinsics: (7,) of the camera.
+        image_size: height and width, or both in one number.
+        radius: of the balls, metres.
 
     Returns:
         RGB uint8 (H, W, 3) and z-depth uint16 (H, W, 1) in millimetres (0 where nothing is hit).
     """
-    pixels = np.arange(image_size) + 0.5
-    u, v = np.meshgrid(pixels, pixels)
-    rays = np.stack(
-        ((u - intrinsics[0, 2]) / intrinsics[0, 0], (v - intrinsics[1, 2]) / intrinsics[1, 1], np.ones_like(u)), -1
-    )
-    rays = rays @ extrinsics[:3, :3].T
-    eye = extrinsics[:3, 3]
+    height, width = (image_size, image_size) if isinstance(image_size, int) else image_size
+    focal_x, focal_y, centre_x, centre_y = intrinsics.astype(float)
+    u, v = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
+    rays = np.stack(((u - centre_x) / focal_x, (v - centre_y) / focal_y, np.ones_like(u)), -1)
+    rays = rays @ Rotation.from_quat(extrinsics[3:]).as_matrix().T
+    eye = extrinsics[:3].astype(float)
     with np.errstate(divide="ignore"):
         depth = np.where(rays[..., 2] < 0, -eye[2] / rays[..., 2], np.inf)
-    colour = np.full((image_size, image_size, 3), 0.5)
+    colour = np.full((height, width, 3), 0.5)
     for centre, paint in zip(centres, colours, strict=True):
         offset = eye - centre
         a, b = (rays * rays).sum(-1), (rays * offset).sum(-1)
-        discriminant = b * b - a * (offset @ offset - BALL_RADIUS**2)
+        discriminant = b * b - a * (offset @ offset - radius**2)
         hit = (-b - np.sqrt(np.maximum(discriminant, 0.0))) / a
         nearer = (discriminant > 0) & (hit > 0) & (hit < depth)
         depth = np.where(nearer, hit, depth)
@@ -82,8 +97,6 @@ def fake_frame(
     names = list(rng.permutation(list(COLOURS))[:2])
     centres = np.stack((rng.uniform(0.35, 0.65, 2), rng.uniform(0.05, 0.25, 2) * [1, -1], [BALL_RADIUS] * 2), axis=1)
     frame: dict[str, Any] = {
-        schema.INTRINSICS: intrinsics,
-        schema.EXTRINSICS: extrinsics,
         schema.STATE: np.array([0.4, 0, 0.5, 1, 0, 0, 0, 1, 0, 0, 0, -1.5, 0, 1.5, 0.8], dtype=np.float32),
         "_names": names,
         "_centres": centres,
@@ -92,6 +105,8 @@ def fake_frame(
     for index, camera in enumerate(cameras):
         rgb, depth = render_balls(centres, paints, intrinsics[index], extrinsics[index], image_size)
         frame[schema.image_key(camera)], frame[schema.depth_key(camera)] = rgb, depth
+        frame[schema.intrinsics_key(camera)] = intrinsics[index]
+        frame[schema.extrinsics_key(camera)] = extrinsics[index]
     return frame
 
 
@@ -132,7 +147,7 @@ def fake_keysteps(
     Returns:
         The dataset, reopened for reading.
     """
-    features = schema.keystep_features(image_size, image_size, cameras)
+    features = schema.dataset_features(dict.fromkeys(cameras, (image_size, image_size)), dtype="image")
     features = {key: value for key, value in features.items() if key not in without}
     dataset = LeRobotDataset.create(repo_id, fps=10, features=features, root=root, use_videos=False)
     rng = np.random.default_rng(seed)
@@ -152,7 +167,9 @@ def fake_keysteps(
             frame = dict(scene) | {
                 schema.STATE: _at(scene[schema.STATE], reached),
                 # It stands at the start and at keyframes.
-                schema.VELOCITY: np.full(schema.VELOCITY_DIM, 0.0 if is_keyframe or index == 0 else 0.3, np.float32),
+                schema.VELOCITY: np.full(
+                    len(schema.SIM_VELOCITY_NAMES), 0.0 if is_keyframe or index == 0 else 0.3, np.float32
+                ),
                 schema.ACTION: steps[segment][1],
                 schema.INSTRUCTION: steps[segment][0],
                 schema.PREVIOUS_INSTRUCTION: previous,
