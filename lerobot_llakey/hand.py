@@ -12,7 +12,8 @@ from lerobot_llakey import schema
 from lerobot_llakey.errors import LlakeyError
 
 _PREFIXES = ("ee", "eef", "tcp", "hand", "end_effector")
-_OPENINGS = ("gripper_opening", "gripper", "gripper_pos", "gripper_position", "gripper_width")
+OPENINGS = ("gripper_opening", "gripper", "gripper_pos", "gripper_position", "gripper_width")
+"""Plain names of a gripper's opening."""
 
 
 def hand_columns(names: Sequence[str], key: str = schema.STATE) -> tuple[int, ...]:
@@ -30,7 +31,7 @@ def hand_columns(names: Sequence[str], key: str = schema.STATE) -> tuple[int, ..
     Raises:
         LlakeyError: naming the column if a number of the pose is missing or named twice.
     """
-    plain = [_plain(name) for name in names]
+    plain = [plain_name(name) for name in names]
     places: list[int] = []
     for wanted in schema.POSE_NAMES:
         found = [place for place, name in enumerate(plain) if name == wanted]
@@ -41,7 +42,7 @@ def hand_columns(names: Sequence[str], key: str = schema.STATE) -> tuple[int, ..
                 f"{', '.join(schema.POSE_NAMES)} in any order, or convert the pose with `llakey annotate`."
             )
         places += found
-    openings = [place for place, name in enumerate(plain) if name in _OPENINGS]
+    openings = [place for place, name in enumerate(plain) if name in OPENINGS]
     return (*places, *openings[:1])
 
 
@@ -49,6 +50,11 @@ def further_columns(names: Sequence[str]) -> tuple[int, ...]:
     """Places of a state's numbers that are not the hand's, such as joint angles."""
     hand = hand_columns(names)
     return tuple(place for place in range(len(names)) if place not in hand)
+
+
+def joint_columns(names: Sequence[str]) -> list[int]:
+    """Places of a state's joint angles in radians: those further numbers whose names hold "joint"."""
+    return [place for place in further_columns(names) if "joint" in names[place].lower()]
 
 
 def read_hand[Array: (np.ndarray, Tensor)](states: Array, columns: Sequence[int]) -> Array:
@@ -66,7 +72,8 @@ def read_hand[Array: (np.ndarray, Tensor)](states: Array, columns: Sequence[int]
     return np.concatenate((hand, np.ones_like(hand[..., :1])), axis=-1)
 
 
-def _plain(name: str) -> str:
+def plain_name(name: str) -> str:
+    """A number's name in lower case, without a prefix of the hand ("ee.", "tcp_") and the suffix ".pos"."""
     plain = name.lower().removesuffix(".pos")
     for prefix in _PREFIXES:
         for joint in (".", "_"):

@@ -17,11 +17,32 @@ import numpy.typing as npt
 from lerobot_llakey.bounds import require_number
 from lerobot_llakey.errors import LlakeyError
 
-_ARRIVED_ARM = 5e-4
-_ARRIVED_GRIPPER = 5e-3
-"""How near the resting configuration counts as arrived when the sensors are noiseless: radians, and opening 0..1."""
+_ARRIVED_ARM = 0.05
+_ARRIVED_GRIPPER = 1 / 6
+"""How near the resting configuration counts as arrived when the sensors are noiseless, in shares of the tolerances."""
 _LONGEST_REST, _LARGEST_TOLERANCE = 60.0, 1.0
 """Seconds; radians, and share of the gripper's travel: beyond these no motion would ever be found."""
+
+
+def pose_numbers(poses: npt.ArrayLike, position_tolerance: float, rotation_tolerance: float) -> np.ndarray:
+    """What stands for the joints of an arm whose hand's pose alone is known: (T, 7), to rest within 1.
+
+    Positions count in units of their tolerance. So do quaternions of continuous sign, doubled: the distance between
+    two of them is then the angle between the rotations in radians, as long as it is small, and nothing wraps around.
+    Give the numbers to :func:`discover_keyframes` with ``arm_tolerance=1``.
+
+    Args:
+        poses: (T, 7) or more, metres and quaternions without jumps.
+        position_tolerance: metres that a resting hand may stray.
+        rotation_tolerance: radians that it may turn.
+
+    Raises:
+        LlakeyError: if a tolerance makes no sense.
+    """
+    require_number("position_tolerance", position_tolerance, 0, _LARGEST_TOLERANCE, open="low")
+    require_number("rotation_tolerance", rotation_tolerance, 0, _LARGEST_TOLERANCE, open="low")
+    values = np.asarray(poses, dtype=np.float64)
+    return np.concatenate((values[:, :3] / position_tolerance, 2 * values[:, 3:7] / rotation_tolerance), axis=1)
 
 
 def discover_keyframes(
@@ -48,8 +69,8 @@ def discover_keyframes(
     neither adds nor hides a keyframe, but may shift it by a frame; 1 mrad miscounts 3 of 1,000 made-up episodes.
 
     Args:
-        joint_positions: (T, J) radians.
-        gripper_opening: (T,) in 0..1.
+        joint_positions: (T, J) radians, J of any number; of a hand alone, see :func:`pose_numbers`.
+        gripper_opening: (T,) in 0..1, a constant without a gripper.
         fps: frames a second.
         min_rest: seconds; keep it below the shortest real rest.
         arm_tolerance: radians that a resting joint may stray.
@@ -64,7 +85,7 @@ def discover_keyframes(
     """
     arm = np.asarray(joint_positions, dtype=np.float64)
     gripper = np.asarray(gripper_opening, dtype=np.float64)
-    if arm.ndim != 2 or gripper.shape != arm.shape[:1] or len(arm) < 2:
+    if arm.ndim != 2 or not arm.size or gripper.shape != arm.shape[:1] or len(arm) < 2:
         raise LlakeyError(
             f"Expected joint positions (T, J) and gripper openings (T,) with T >= 2, got {arm.shape} and "
             f"{gripper.shape}; pass one whole episode."
@@ -84,7 +105,7 @@ def discover_keyframes(
         strays = _strays(rest, arm), _strays(rest, gripper[:, None])
         settled = _within(strays, (arm_tolerance / 4, gripper_tolerance / 4), noise)
         if rest.start > 0 and rest.stop <= last and settled.sum() > window:
-            arrived = _within(strays, (_ARRIVED_ARM, _ARRIVED_GRIPPER), noise)
+            arrived = _within(strays, (arm_tolerance * _ARRIVED_ARM, gripper_tolerance * _ARRIVED_GRIPPER), noise)
             keyframes.add(rest.start + int(np.argmax(arrived)))
     return sorted(keyframes)
 

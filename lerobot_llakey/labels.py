@@ -97,7 +97,7 @@ def label(
         interruptions: the segments that a disturbance cut short.
 
     Raises:
-        LlakeyError: if there is not one instruction and one of each flag a keyframe, or the keyframes do not fit the states.
+        LlakeyError: if instructions or flags are not one a keyframe, or the keyframes do not fit the states.
     """
     if not len(keyframes) == len(instructions) == len(ignore_collision) == len(gripper_open):
         raise LlakeyError(

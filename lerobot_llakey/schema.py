@@ -48,8 +48,6 @@ EPISODE_EVENT = "episode.event"
 """What disturbed the episode and can be seen from this frame on (an unforeseen event); "" before it or without one."""
 ORIGIN_COLUMNS = (EPISODE_TASK, EPISODE_EVENT)
 """What an episode was; nothing that trains a policy needs them."""
-LATER_COLUMNS = (*ORIGIN_COLUMNS, VELOCITY)
-"""Columns that the first datasets lack."""
 TASK = "task"
 
 POSE_NAMES: tuple[str, ...] = ("x", "y", "z", "qx", "qy", "qz", "qw")

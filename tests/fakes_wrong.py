@@ -14,10 +14,12 @@ import pyarrow.parquet as pq
 
 from lerobot_llakey import schema
 from lerobot_llakey.checks.columns import TASKS
+from lerobot_llakey.geometry import matrix_to_pose, pose_to_matrix
 
 Rows = dict[str, np.ndarray]
 Change = Callable[[Rows], None]
-S, A, K, E = schema.STATE, schema.ACTION, schema.INTRINSICS, schema.EXTRINSICS
+S, A = schema.STATE, schema.ACTION
+K, E = schema.intrinsics_key("front"), schema.extrinsics_key("front")
 OPENGL = np.diag([1.0, -1.0, -1.0, 1.0])
 WXYZ = [0, 1, 2, 6, 3, 4, 5]
 
@@ -69,10 +71,19 @@ def _texts(text: object) -> Callable[[np.ndarray], np.ndarray]:
     return lambda values: np.array([None, *[text] * len(values)], dtype=object)[1:]
 
 
+def _matrices(change: Callable[[np.ndarray], np.ndarray]) -> Callable[[np.ndarray], np.ndarray]:
+    """What is done to matrices, done to poses."""
+    return lambda poses: matrix_to_pose(change(pose_to_matrix(poses)))
+
+
 def _transposed(matrices: np.ndarray) -> np.ndarray:
     new = matrices.copy()
     new[..., :3, :3] = np.swapaxes(matrices[..., :3, :3], -1, -2)
     return new
+
+
+def _of_another(rows: Rows) -> None:
+    rows[E] = rows[schema.extrinsics_key("left_shoulder")].copy()
 
 
 def _whole(values: np.ndarray) -> np.ndarray:
@@ -108,22 +119,21 @@ WRONG: dict[str, tuple[str, Change]] = {
     "action gripper NaN": (A, _put(A, (1, 7), np.nan)),
     "action gripper 0..255": (A, _times(A, np.s_[:, 7], 255)),
     "labels shuffled": (A, _shuffle),
-    "intrinsics NaN": (K, _put(K, (0, 1, 0, 0), np.nan)),
-    "intrinsics of twice the pictures": (K, _times(K, np.s_[:, :, :2], 2)),
-    "intrinsics doubled": (K, _times(K, np.s_[:], 2)),
-    "intrinsics skewed": (K, _put(K, np.s_[:, 0, 0, 1], 5)),
-    "intrinsics with a bad last row": (K, _put(K, np.s_[:, 0, 2], [0, 0, 2])),
-    "intrinsics with a focal length of 1e9": (K, _put(K, np.s_[:, 0, 0, 0], 1e9)),
+    "intrinsics NaN": (K, _put(K, (0, 0), np.nan)),
+    "intrinsics of twice the pictures": (K, _times(K, np.s_[:], 2)),
+    "a principal point of twice the pictures": (K, _times(K, np.s_[:, 2:], 2)),
+    "intrinsics in another order": (K, _with(K, lambda v: v[:, [0, 2, 1, 3]] * [1, 0.3, 1, 1])),
+    "intrinsics with a focal length of 1e9": (K, _put(K, np.s_[:, 0], 1e9)),
     "intrinsics zero": (K, _put(K, np.s_[:], 0)),
-    "extrinsics NaN": (E, _put(E, (0, 1, 0, 3), np.nan)),
-    "extrinsics inverted": (E, _with(E, np.linalg.inv)),
-    "extrinsics with a transposed rotation": (E, _with(E, _transposed)),
-    "extrinsics in OpenGL axes": (E, _with(E, lambda v: v @ OPENGL)),
-    "extrinsics mirrored": (E, _with(E, lambda v: v @ np.diag([-1.0, 1.0, 1.0, 1.0]))),
-    "extrinsics identity": (E, _put(E, np.s_[:], np.eye(4))),
-    "extrinsics of one camera for all": (E, _with(E, lambda v: np.repeat(v[:, :1], v.shape[1], axis=1))),
-    "extrinsics in millimetres": (E, _times(E, np.s_[:, :, :3, 3], 1000)),
-    "extrinsics with a bad last row": (E, _put(E, np.s_[:, 0, 3], [0, 0, 1, 1])),
+    "extrinsics NaN": (E, _put(E, (0, 3), np.nan)),
+    "extrinsics inverted": (E, _with(E, _matrices(np.linalg.inv))),
+    "extrinsics with a transposed rotation": (E, _with(E, _matrices(_transposed))),
+    "extrinsics in OpenGL axes": (E, _with(E, _matrices(lambda v: v @ OPENGL))),
+    "extrinsics that begin with w": (E, _with(E, lambda v: v[:, WXYZ])),
+    "extrinsics identity": (E, _put(E, np.s_[:], [0, 0, 0, 0, 0, 0, 1])),
+    "extrinsics zero": (E, _put(E, np.s_[:], 0)),
+    "extrinsics of one camera for all": (schema.extrinsics_key("left_shoulder"), _of_another),
+    "extrinsics in millimetres": (E, _times(E, np.s_[:, :3], 1000)),
     "no keyframe": (schema.IS_KEYFRAME, _put(schema.IS_KEYFRAME, np.s_[:], False)),
     "all keyframes": (schema.IS_KEYFRAME, _with(schema.IS_KEYFRAME, _whole)),
     "next_frame backwards": (schema.NEXT_KEYFRAME, _put(schema.NEXT_KEYFRAME, np.s_[4], 0)),
@@ -151,9 +161,11 @@ WRONG: dict[str, tuple[str, Change]] = {
 """What is wrong: the column that a refusal names, and what makes a dataset so."""
 
 NAMES: dict[str, tuple[str, dict[str, Any]]] = {
-    "names that say wxyz": (S, {"names": [*"xyz", "qw", "qx", "qy", "qz", *schema.STATE_NAMES[7:]]}),
+    "no names": (S, {"names": None}),
+    "names without a rotation": (S, {"names": [*"xyz", "roll", "pitch", "yaw", "k", *schema.SIM_STATE_NAMES[7:]]}),
+    "names that say x twice": (S, {"names": ["x", "x", *schema.SIM_STATE_NAMES[2:]]}),
     "names swapped": (A, {"names": [*schema.ACTION_NAMES[:7], "ignore_collision", "gripper_open"]}),
-    "names of motors swapped": (S, {"names": {"motors": [*"yxz", *schema.STATE_NAMES[3:]]}}),
+    "names of a pose swapped": (E, {"names": [*"xyz", "qw", "qx", "qy", "qz"]}),
     "depth not noted as depth": (schema.depth_key("front"), {"info": None}),
 }
 """What ``info.json`` can say wrongly: the column, and what is said of it."""

@@ -12,7 +12,11 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from lerobot_llakey import schema
+from lerobot_llakey.checks.metadata import names_of
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.files import reading
+from lerobot_llakey.hand import hand_columns, joint_columns, read_hand
 
 EPISODE, FRAME, INDEX, TIME, TASKS = "episode_index", "frame_index", "index", "timestamp", "task_index"
 """LeRobot's own columns."""
@@ -28,10 +32,14 @@ class Columns:
     Attributes:
         values: name -> (N, ...) numbers, or (N,) texts with None where there is none.
         odd: name -> what was found in place of values of the shape that ``info.json`` gives.
+        hand: (N, 8) pose and opening of the state, None where its names do not tell.
+        joints: (N, J) what of the state is named as a joint.
     """
 
     values: Mapping[str, np.ndarray]
     odd: Mapping[str, str]
+    hand: np.ndarray | None = None
+    joints: np.ndarray | None = None
 
     def __contains__(self, key: str) -> bool:
         return key in self.values
@@ -104,7 +112,19 @@ def _columns(table: pa.Table, features: Mapping[str, Mapping[str, Any]]) -> Colu
             values[key] = _numbers(array, tuple(features[key].get("shape") or (1,)))
         except (ValueError, TypeError, pa.ArrowException):
             odd[key] = f"{array.type} of {len(array)} rows"
-    return Columns(values, odd)
+    return Columns(values, odd, *_of_state(values.get(schema.STATE), features))
+
+
+def _of_state(state: np.ndarray | None, features: Mapping[str, Mapping[str, Any]]) -> tuple[np.ndarray | None, ...]:
+    """Hands (N, 8) and joints (N, J) of states; None where their names do not tell."""
+    if state is None or state.ndim != 2:
+        return None, None
+    names = names_of(features[schema.STATE])
+    try:
+        hand = read_hand(state, hand_columns(names))
+    except LlakeyError:
+        return None, None
+    return hand, state[:, joint_columns(names)]
 
 
 def _is_text(kind: pa.DataType) -> bool:

@@ -16,14 +16,19 @@ from lerobot_llakey.checks.foreign_files import refuse_paths_outside
 from lerobot_llakey.checks.labels import check_labels
 from lerobot_llakey.checks.loader import refuse_moved_colours
 from lerobot_llakey.checks.look import warn_of_pictures
-from lerobot_llakey.checks.metadata import cameras_of, check_cameras, check_pictures_notes, check_shapes, sizes_of
+from lerobot_llakey.checks.metadata import (
+    check_cameras,
+    check_pictures_notes,
+    check_shapes,
+    check_uncalibrated,
+    sizes_of,
+)
 from lerobot_llakey.checks.numbers import check_action, check_finite, check_state, check_weights
 from lerobot_llakey.checks.order import check_keyframes, check_order, is_dense
 from lerobot_llakey.checks.texts import check_instructions, check_segments, check_tasks
 from lerobot_llakey.errors import LlakeyError
 
 _CHECKED = "_llakey_checked"
-GEOMETRY = (schema.INTRINSICS, schema.EXTRINSICS)
 
 
 @dataclass(frozen=True)
@@ -32,9 +37,9 @@ class Needs:
 
     Attributes:
         columns: names of features; what is wrong with others does not matter.
-        cameras: whose depth is read, in the policy's order; None for the dataset's own.
+        cameras: whose depth is read, and with it their calibration; None for all that have both.
         views: whose colours alone are read.
-        depth: whether depth is read, and with it the calibration.
+        depth: whether depth is read.
         workspace: bounds in metres that keyframes must keep; None where any place will do.
         weight_key: of the samples' weights.
     """
@@ -43,7 +48,7 @@ class Needs:
     cameras: tuple[str, ...] | None = None
     views: tuple[str, ...] = ()
     depth: bool = True
-    workspace: schema.Workspace | None = schema.WORKSPACE
+    workspace: schema.Workspace | None = None
     weight_key: str = schema.SAMPLE_WEIGHT
 
     def __or__(self, other: Needs) -> Needs:
@@ -56,11 +61,18 @@ class Needs:
         same = not other.depth or (self.cameras, self.workspace, self.depth) == (other.cameras, other.workspace, True)
         return same and self.weight_key == other.weight_key and self.columns >= other.columns
 
+    def cameras_in(self, features: Collection[str]) -> tuple[str, ...]:
+        """The cameras of a dataset whose depth is read."""
+        if not self.depth:
+            return ()
+        return schema.cameras_of(features, depth=True) if self.cameras is None else self.cameras
 
-def needs_all(features: Collection[str], workspace: schema.Workspace = schema.WORKSPACE) -> Needs:
+
+def needs_all(features: Collection[str], workspace: schema.Workspace | None = None) -> Needs:
     """Everything that a dataset holds."""
-    has_depth = schema.INTRINSICS in features and schema.EXTRINSICS in features
-    return Needs(frozenset({*features, schema.TASK}), depth=has_depth, workspace=workspace)
+    has_depth = bool(schema.cameras_of(features, depth=True))
+    views = schema.cameras_of(features)
+    return Needs(frozenset({*features, schema.TASK}), views=views, depth=has_depth, workspace=workspace)
 
 
 def find(meta: Any, needs: Needs, most: int = MOST_ROWS) -> list[Finding]:
@@ -111,7 +123,7 @@ def check_dataset(meta: Any, needs: Needs) -> None:
         refuse_moved_colours(meta)
     say(find(meta, needs), name)
     if needs.depth:
-        warn_of_pictures(meta, needs.cameras or cameras_of(meta.features), needs.workspace or schema.WORKSPACE, name)
+        warn_of_pictures(meta, needs.cameras_in(meta.features), needs.workspace, name)
     passed.add(needs)
 
 
@@ -134,12 +146,12 @@ def _of_metadata(meta: Any, needs: Needs) -> Iterator[Finding]:
     features = meta.features
     yield from check_shapes(features, needs.columns)
     stats = getattr(meta, "stats", None)
-    if needs.depth:
-        cameras = needs.cameras or cameras_of(features)
-        yield from check_cameras(features, needs.cameras)
-        yield from check_pictures_notes(features, stats, cameras, depth=True)
-        yield from check_pictures_notes(features, stats, cameras, depth=False)
-    yield from check_pictures_notes(features, stats, needs.views, depth=False)
+    cameras = needs.cameras_in(features)
+    yield from check_cameras(features, cameras)
+    yield from check_pictures_notes(features, stats, cameras, depth=True)
+    yield from check_pictures_notes(features, stats, {*cameras, *needs.views}, depth=False)
+    if needs.cameras is None:
+        yield from check_uncalibrated({key: features[key] for key in features if key in needs.columns})
     if schema.TASK in needs.columns and getattr(meta, "tasks", None) is not None:
         yield from check_tasks([str(task) for task in meta.tasks.index])
 
@@ -149,7 +161,7 @@ def _of_columns(columns: Columns, needs: Needs, features: Any) -> Iterator[Findi
     yield from check_finite(columns, needs.columns)
     reads_state, reads_action = schema.STATE in needs.columns, schema.ACTION in needs.columns
     if reads_state:
-        yield from check_state(columns, needs.workspace)
+        yield from check_state(columns)
     if reads_action:
         yield from check_action(columns, needs.workspace)
     yield from check_weights(columns, needs.weight_key)
@@ -159,12 +171,10 @@ def _of_columns(columns: Columns, needs: Needs, features: Any) -> Iterator[Findi
     yield from check_keyframes(columns, dense)
     if reads_state and reads_action:
         yield from check_labels(columns, dense)
-    cameras = cameras_of(features)
-    if needs.depth and all(key in columns and columns[key].shape[1] == len(cameras) for key in GEOMETRY):
-        sizes = sizes_of(features, cameras)
-        yield from check_intrinsics(columns, cameras, sizes)
-        yield from check_extrinsics(columns, cameras)
-        yield from check_views(columns, cameras, sizes)
+    sizes = sizes_of(features, needs.cameras_in(features))
+    yield from check_intrinsics(columns, sizes)
+    yield from check_extrinsics(columns, list(sizes))
+    yield from check_views(columns, sizes)
 
 
 def _as_mapping(info: Any) -> Any:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -10,7 +10,6 @@ from lerobot_llakey import schema
 from lerobot_llakey.checks.columns import Columns
 from lerobot_llakey.checks.finding import Finding
 from lerobot_llakey.checks.order import is_visited
-from lerobot_llakey.labels import OPEN_ABOVE
 
 _NEAR = 0.02
 """Metres between an action and the hand at its keyframe that count as the same."""
@@ -33,12 +32,14 @@ def check_labels(columns: Columns, dense: bool) -> Iterator[Finding]:
         columns: of a file.
         dense: whether it holds whole recordings, in which the next keyframe is a row.
     """
-    if not columns.has(schema.STATE, schema.ACTION, schema.KEYFRAME_INDEX, schema.NEXT_KEYFRAME, schema.IS_KEYFRAME):
+    if columns.hand is None or not columns.has(
+        schema.ACTION, schema.KEYFRAME_INDEX, schema.NEXT_KEYFRAME, schema.IS_KEYFRAME
+    ):
         return
     start, end = _pairs(columns, dense)
     if len(start) < _FEW:
         return
-    action, state = columns[schema.ACTION][start].astype(float), columns[schema.STATE][end].astype(float)
+    action, state = columns[schema.ACTION][start].astype(float), columns.hand[end].astype(float)
     marks = np.zeros(len(columns), dtype=bool)
 
     def place(wrong: np.ndarray) -> str:
@@ -60,20 +61,24 @@ def check_labels(columns: Columns, dense: bool) -> Iterator[Finding]:
         got += ", but most of them with w taken for the first number" if other >= 0.5 else ""
         yield Finding(key, f"the hand's turn at the next keyframe ({schema.STATE}), both xyzw", got,
                       "write quaternions as xyzw", place(~alike))  # fmt: skip
-    yield from _gripper(action[:, schema.GRIPPER] > 0.5, state[:, schema.GRIPPER], columns, place)
+    yield from _gripper(
+        action[:, schema.GRIPPER] > 0.5, state[:, schema.GRIPPER], columns.hand[:, schema.GRIPPER], place
+    )
 
 
-def _gripper(opened: np.ndarray, opening: np.ndarray, columns: Columns, place: object) -> Iterator[Finding]:
-    fits = opened == (opening > OPEN_ABOVE)
-    widest = columns[schema.STATE][:, schema.GRIPPER].max()
-    small = 0.01 < widest <= _METRES
-    if fits.mean() < 0.5 or (small and opened.any()):
-        got = f"an opening of at most {widest:.3g}: metres?" if small else f"{(~fits).sum()} of {len(fits)} opposite"
-        advice = "divide the opening by its range" if small else "write 1 for an open gripper and 0 for a closed one"
-        yield Finding(schema.STATE, f"the gripper as {schema.ACTION} left it", got, advice, place(~fits))  # type: ignore[operator]
-    elif small and not opened.any() and np.ptp(columns[schema.STATE][:, schema.GRIPPER]) > 0.01:
-        got = f"an opening of at most {widest:.3g}: metres?"
-        yield Finding(schema.STATE, "a gripper that opens", got, "divide the opening by its range", certain=False)
+def _gripper(
+    opened: np.ndarray, reached: np.ndarray, openings: np.ndarray, place: Callable[[np.ndarray], str]
+) -> Iterator[Finding]:
+    """What was commanded open, the opening reached then, and the openings of all rows: (K,), (K,), (N,)."""
+    widest = openings.max()
+    if 0.01 < widest <= _METRES and np.ptp(openings) > 0.01:
+        got, advice = f"an opening of at most {widest:.3g}: metres?", "divide the opening by its range"
+        yield Finding(schema.STATE, f"the gripper as {schema.ACTION} left it", got, advice, place(opened),
+                      certain=bool(opened.any()))  # fmt: skip
+    elif opened.any() and not opened.all() and reached[opened].mean() < reached[~opened].mean():
+        got = f"an opening of {reached[opened].mean():.2g} where it is open and {reached[~opened].mean():.2g} elsewhere"
+        advice = "write 1 for an open gripper and 0 for a closed one"
+        yield Finding(schema.STATE, f"the gripper as {schema.ACTION} left it", got, advice, place(opened))
 
 
 def _alike(one: np.ndarray, other: np.ndarray) -> np.ndarray:

@@ -10,30 +10,28 @@ from lerobot.datasets.lerobot_dataset import LeRobotDataset
 
 from lerobot_llakey import schema
 from lerobot_llakey.checks.loader import loaded_datasets
-from lerobot_llakey.checks.pictures import check_pictures, draw
+from lerobot_llakey.checks.pictures import check_pictures, draw, pictured
 from lerobot_llakey.files import reading
 
 _FRAMES = 8
 
 
-def warn_of_pictures(meta: Any, cameras: Sequence[str], workspace: schema.Workspace, name: str) -> None:
+def warn_of_pictures(meta: Any, cameras: Sequence[str], workspace: schema.Workspace | None, name: str) -> None:
     """Log what a handful of pictures tells against calibration and states.
 
     Videos are left to ``llakey check``: LeRobot's decoders must not run in a process that later forks its loaders.
 
     Args:
         meta: metadata of the dataset, as LeRobot loaded it.
-        cameras: with depth, in the order of the calibration.
-        workspace: bounds in metres.
+        cameras: with depth and calibration.
+        workspace: bounds in metres; None for where the hand goes to.
         name: of the dataset.
 
     Raises:
         LlakeyError: if a picture cannot be read.
     """
     datasets = [dataset for dataset in loaded_datasets(meta) if isinstance(dataset, LeRobotDataset)]
-    needed = {schema.STATE, schema.ACTION, schema.INTRINSICS, schema.EXTRINSICS}
-    needed |= {key for camera in cameras for key in (schema.image_key(camera), schema.depth_key(camera))}
-    if not datasets or meta.video_keys or not needed <= set(meta.features):
+    if not datasets or meta.video_keys or not cameras or not pictured(cameras) <= set(meta.features):
         return
     with reading(meta.root, "dataset"):
         sample = draw(datasets[0], cameras, _FRAMES)

@@ -9,29 +9,40 @@ import numpy as np
 
 from lerobot_llakey import schema
 from lerobot_llakey.checks.finding import Finding
+from lerobot_llakey.errors import LlakeyError
+from lerobot_llakey.hand import hand_columns
 
 _METRES = 10.0
 """Depth in millimetres exceeds this somewhere; depth in metres does not."""
-_TOLD = ((schema.STATE, schema.STATE_NAMES), (schema.ACTION, schema.ACTION_NAMES))
 Features = Mapping[str, Mapping[str, Any]]
+Size = tuple[int, int]
 
 
 def check_shapes(features: Features, reads: Collection[str]) -> Iterator[Finding]:
-    """State and action have the contract's numbers, under its names where names are given."""
-    for key, names in _TOLD:
-        if key not in features or key not in reads:
-            continue
+    """The state's names tell the hand; the action has the contract's numbers, under its names where some are given."""
+    if schema.STATE in features and schema.STATE in reads:
+        key, count = schema.STATE, int(np.prod(tuple(features[schema.STATE].get("shape") or (0,))))
+        names = names_of(features[key])
+        if len(names) != count:
+            yield Finding(key, f"a name for each of {count} numbers", f"{len(names)}", "name them with llakey annotate")
+        else:
+            try:
+                hand_columns(names)
+            except LlakeyError:
+                got, advice = ", ".join(names), "name them, or convert them with llakey annotate"
+                yield Finding(key, f"the hand's {', '.join(schema.POSE_NAMES)} among the names, once each", got, advice)
+    if schema.ACTION in features and schema.ACTION in reads:
+        key, wanted = schema.ACTION, schema.ACTION_NAMES
         shape = tuple(features[key].get("shape") or ())
-        if shape != (len(names),):
-            advice = "record these"
-            yield Finding(key, f"{len(names)} numbers ({', '.join(names)})", f"shape {shape}", advice)
-            continue
-        given = names_of(features[key])
-        known = [name for name in given if name in names]
-        misplaced = [name for place, name in enumerate(given) if name in known and names[place] != name]
-        if len(given) == len(names) and misplaced:
-            got = ", ".join(given)
-            yield Finding(key, f"the names {', '.join(names)} in this order", got, "reorder the column and its names")
+        if shape != (len(wanted),):
+            expected, advice = (
+                f"{len(wanted)} numbers ({', '.join(wanted)})",
+                "label the recordings with llakey annotate",
+            )
+            yield Finding(key, expected, f"shape {shape}", advice)
+        elif (given := names_of(features[key])) != list(wanted) and len(given) == len(wanted):
+            expected, advice = f"the names {', '.join(wanted)} in this order", "reorder the column and its names"
+            yield Finding(key, expected, ", ".join(given), advice)
 
 
 def names_of(feature: Mapping[str, Any]) -> list[str]:
@@ -42,43 +53,56 @@ def names_of(feature: Mapping[str, Any]) -> list[str]:
     return [] if names is None or isinstance(names, str) else [str(name) for name in names]
 
 
-def cameras_of(features: Features) -> list[str]:
-    """The cameras with depth, in the dataset's order; all cameras where none has."""
-    front = schema.image_key("")
-    names = [key.removeprefix(front) for key in features if key.startswith(front)]
-    with_depth = [name for name in names if schema.depth_key(name) in features]
-    return with_depth or [name for name in names if features[front + name].get("dtype") in ("image", "video")]
-
-
-def sizes_of(features: Features, cameras: Sequence[str]) -> dict[str, tuple[int, int]]:
-    """Height and width of the cameras' pictures."""
-    shapes = {camera: tuple(features[schema.image_key(camera)]["shape"]) for camera in cameras}
+def sizes_of(features: Features, cameras: Sequence[str]) -> dict[str, Size]:
+    """Height and width of the cameras' pictures, of those that the features hold."""
+    shapes = {camera: features[schema.image_key(camera)]["shape"] for camera in cameras
+              if schema.image_key(camera) in features}  # fmt: skip
     return {camera: (int(shape[0]), int(shape[1])) for camera, shape in shapes.items()}
 
 
-def check_cameras(features: Features, wanted: Sequence[str] | None) -> Iterator[Finding]:
-    """There is one row of calibration for each camera, in the order in which the policy takes them.
+def check_cameras(features: Features, cameras: Sequence[str]) -> Iterator[Finding]:
+    """Depth and colour of a camera have one size, and its calibration has the contract's numbers.
 
     Args:
         features: of the dataset.
-        wanted: the policy's cameras, None to leave them out.
+        cameras: whose depth is read.
     """
-    cameras = cameras_of(features)
-    for key, shape in ((schema.INTRINSICS, (3, 3)), (schema.EXTRINSICS, (4, 4))):
-        if key not in features:
-            continue
-        got = tuple(features[key].get("shape") or ())
-        if got != (len(cameras), *shape):
-            expected = f"one matrix of {shape[0]}x{shape[1]} for each of the cameras {', '.join(cameras)}"
-            yield Finding(key, expected, f"shape {got}", "write the calibration of these cameras in this order")
-    order = [camera for camera in cameras if camera in (wanted or ())]
-    if wanted is not None and set(wanted) <= set(cameras) and list(wanted) != order:
-        expected = f"the cameras in the policy's order, {', '.join(wanted)},"
-        yield Finding(schema.EXTRINSICS, expected, ", ".join(order), "set policy.cameras in the dataset's order")
+    for camera in cameras:
+        for key, names in (
+            (schema.intrinsics_key(camera), schema.INTRINSICS_NAMES),
+            (schema.extrinsics_key(camera), schema.POSE_NAMES),
+        ):
+            expected, feature = f"{len(names)} numbers ({', '.join(names)})", features.get(key, {})
+            shape, given = tuple(feature.get("shape") or ()), names_of(feature)
+            if shape != (len(names),):
+                got = f"shape {shape}" if feature else "no such column"
+                yield Finding(key, expected, got, "write them with llakey annotate --calibration")
+            elif len(given) == len(names) and given != list(names):
+                yield Finding(key, f"{expected} in this order", ", ".join(given), "reorder the column and its names")
+        image, depth = schema.image_key(camera), schema.depth_key(camera)
+        if image in features and depth in features:
+            sizes = [tuple(features[key]["shape"])[:2] for key in (image, depth)]
+            if sizes[0] != sizes[1]:
+                expected = f"depth of the size of the colours, {sizes[0][1]}x{sizes[0][0]} pixels,"
+                got = f"{sizes[1][1]}x{sizes[1][0]}"
+                yield Finding(depth, expected, got, "record depth that is aligned with the colours")
+
+
+def check_uncalibrated(features: Features) -> Iterator[Finding]:
+    """A camera with depth but without calibration serves the command policy only: it may have been forgotten."""
+    usable = schema.cameras_of(features, depth=True)
+    for camera in schema.cameras_of(features):
+        if schema.depth_key(camera) in features and camera not in usable:
+            lacking = [
+                key for key in (schema.intrinsics_key(camera), schema.extrinsics_key(camera)) if key not in features
+            ]
+            got = f"no {' and no '.join(lacking)}"
+            advice = "add it with llakey annotate --calibration, if its depth is to be used"
+            yield Finding(schema.depth_key(camera), "depth with a calibration", got, advice, certain=False)
 
 
 def check_pictures_notes(
-    features: Features, stats: Mapping[str, Mapping[str, Any]] | None, cameras: Sequence[str], *, depth: bool
+    features: Features, stats: Mapping[str, Mapping[str, Any]] | None, cameras: Collection[str], *, depth: bool
 ) -> Iterator[Finding]:
     """Depth is noted as depth, in millimetres, and the statistics are those of pictures with something in them.
 

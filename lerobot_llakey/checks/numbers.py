@@ -12,8 +12,6 @@ from lerobot_llakey.checks.finding import Finding, told
 
 _SLACK = 0.05
 """By how much an opening may leave 0..1: sensors overshoot."""
-_NEAR = 2.0
-"""Metres from the workspace at which no arm on a table has its hand; in other units positions are farther away."""
 
 
 def check_finite(columns: Columns, reads: Collection[str]) -> Iterator[Finding]:
@@ -31,21 +29,21 @@ def check_finite(columns: Columns, reads: Collection[str]) -> Iterator[Finding]:
             yield Finding(key, "finite numbers", f"{worst}", "correct or drop these rows", columns.place(wrong))
 
 
-def check_state(columns: Columns, workspace: schema.Workspace | None) -> Iterator[Finding]:
+def check_state(columns: Columns) -> Iterator[Finding]:
     """Hand, gripper and joints of the state are in their units."""
-    if schema.STATE not in columns:
+    if columns.hand is None or columns.joints is None:
         return
-    key, state = schema.STATE, columns[schema.STATE]
-    position = state[:, schema.POSITION]
-    yield from _far(columns, key, position, workspace or schema.WORKSPACE)
+    key, hand = schema.STATE, columns.hand
+    position = hand[:, schema.POSITION]
+    yield from _far(columns, key, position)
     yield from _no_place(columns, key, position)
-    yield from _unit(columns, key, state[:, schema.QUATERNION])
-    opening = state[:, schema.GRIPPER]
+    yield from _unit(columns, key, hand[:, schema.QUATERNION])
+    opening = hand[:, schema.GRIPPER]
     wrong = (opening < -_SLACK) | (opening > 1 + _SLACK)
     if wrong.any():
         got = f"{opening[wrong][0]:g} (0..{opening.max():g} in all)"
         yield Finding(key, "the gripper's opening from 0 to 1", got, "divide it by its range", columns.place(wrong))
-    joints = np.abs(state[:, schema.JOINTS]).max(axis=1)
+    joints = np.abs(columns.joints).max(axis=1, initial=0.0)
     for limit, certain in ((4 * np.pi, True), (2 * np.pi, False)):
         if (joints > limit).any():
             got = f"{joints[joints > limit][0]:.1f}"
@@ -61,7 +59,7 @@ def check_action(columns: Columns, workspace: schema.Workspace | None) -> Iterat
     key, action = schema.ACTION, columns[schema.ACTION]
     position = action[:, schema.POSITION]
     if workspace is None:
-        yield from _far(columns, key, position, schema.WORKSPACE)
+        yield from _far(columns, key, position)
     else:
         low, high = np.array(workspace, dtype=np.float64).T
         # A bound is excluded above, as the policy has it.
@@ -92,9 +90,8 @@ def check_weights(columns: Columns, key: str) -> Iterator[Finding]:
         yield Finding(key, "a sample that counts", "weights of 0 alone", "correct the weights or drop the column")
 
 
-def _far(columns: Columns, key: str, position: np.ndarray, workspace: schema.Workspace) -> Iterator[Finding]:
-    low, high = np.array(workspace, dtype=np.float64).T
-    far = np.maximum(low - position, position - high).max(axis=1) > _NEAR
+def _far(columns: Columns, key: str, position: np.ndarray) -> Iterator[Finding]:
+    far = np.abs(position).max(axis=1) > schema.FARTHEST
     if far.any():
         advice = "convert millimetres or centimetres, or check which numbers are the position"
         yield Finding(key, "the hand's position in metres", told(position[far][0]), advice, columns.place(far))

@@ -26,7 +26,7 @@ def project(extrinsics: np.ndarray, intrinsics: np.ndarray, points: np.ndarray) 
 
     Args:
         extrinsics: (N, 4, 4) camera to base.
-        intrinsics: (N, 3, 3) in pixels.
+        intrinsics: (N, 4) fx, fy, cx, cy in pixels.
         points: (N, 3) metres.
 
     Returns:
@@ -35,8 +35,7 @@ def project(extrinsics: np.ndarray, intrinsics: np.ndarray, points: np.ndarray) 
     local = np.einsum("nji,nj->ni", extrinsics[:, :3, :3], points - extrinsics[:, :3, 3])
     depth = local[:, 2]
     ahead = np.where(depth > _NEAREST, depth, 1.0)[:, None]
-    focal = intrinsics[:, (0, 1), (0, 1)]
-    return local[:, :2] / ahead * focal + intrinsics[:, :2, 2], depth
+    return local[:, :2] / ahead * intrinsics[:, :2] + intrinsics[:, 2:], depth
 
 
 def in_picture(extrinsics: np.ndarray, intrinsics: np.ndarray, points: np.ndarray, size: tuple[int, int]) -> np.ndarray:
@@ -79,11 +78,11 @@ class Moving:
     better: str
 
 
-def motion_against_hand(extrinsics: np.ndarray, state: np.ndarray) -> Moving | None:
-    """How a camera of matrices (N, 4, 4) moves against the hand of states (N, 15); None for one that stands still."""
+def motion_against_hand(extrinsics: np.ndarray, hand: np.ndarray) -> Moving | None:
+    """How a camera of matrices (N, 4, 4) moves against the hand (N, 8); None for one that stands still."""
     if np.ptp(extrinsics[:, :3, 3], axis=0).max() < _STILL and np.ptp(extrinsics[:, :3, :3], axis=0).max() < _STILL:
         return None
-    quaternion, place = state[:, schema.QUATERNION], state[:, schema.POSITION]
+    quaternion, place = hand[:, schema.QUATERNION], hand[:, schema.POSITION]
     if (np.linalg.norm(quaternion, axis=1) < 1e-6).any():
         return None
     given = _strays(extrinsics, place, quaternion)

@@ -4,16 +4,21 @@ llakey annotate --repo_id=me/recordings --template=instructions.csv      # disco
 llakey annotate --repo_id=me/recordings --instructions=instructions.csv \
     --output_repo_id=me/demonstrations --output_root=outputs/demonstrations
 llakey annotate --repo_id=me/recordings --output_repo_id=me/demonstrations      # type the instructions
+
+How the state is written: where its names do not tell, --state_names, --rotation, --gripper and --gripper_range do (the
+same ones for the template and for the dataset); --calibration adds that of cameras that do not move.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from lerobot.utils.constants import HF_LEROBOT_HOME
 
+from lerobot_llakey import schema
 from lerobot_llakey.cli.command_line import with_options
 from lerobot_llakey.cli.errors import one_sentence
-from lerobot_llakey.datasets.annotate import annotate, find_keyframes
+from lerobot_llakey.datasets.annotate import RestTolerances, annotate, find_keyframes
+from lerobot_llakey.datasets.camera_calibration import read_calibration
 from lerobot_llakey.datasets.opening import open_dataset
 from lerobot_llakey.datasets.wording import ask_instructions, read_instructions, write_template
 from lerobot_llakey.errors import LlakeyError
@@ -31,9 +36,17 @@ class AnnotateConfig:
         instructions: CSV or JSON file of instructions; they are asked for without it.
         output_repo_id: name of the demonstrations.
         output_root: their folder; by default LeRobot's home folder.
+        state_names: of the state's numbers, in place of those that were recorded: [x,y,z,qw,qx,qy,qz,jaw,joint_1].
+        rotation: how the hand's rotation is written where names do not tell: quaternion, quaternion_wxyz,
+            rotation_vector, euler (roll, pitch, yaw in radians), euler_degrees or matrix (4x4, row by row).
+        gripper: name of the number that is the gripper's opening, where it is called otherwise than "gripper".
+        gripper_range: its values when closed and when open, as [0,100].
+        calibration: YAML or JSON file with intrinsics and extrinsics by camera name.
         ignore_collision: whether the planner may touch things on the way to a keyframe.
         min_rest: seconds that the robot rests at a keyframe at least.
         arm_tolerance: radians that a resting joint may stray.
+        position_tolerance: metres that a resting hand may stray, where no number of the state is named as a joint.
+        rotation_tolerance: radians that it may turn.
         gripper_tolerance: share of its travel that a resting gripper may stray.
         push_to_hub: whether to push the demonstrations with their card.
         private: whether a pushed dataset is private.
@@ -45,9 +58,16 @@ class AnnotateConfig:
     instructions: Path | None = None
     output_repo_id: str | None = None
     output_root: Path | None = None
+    state_names: list[str] | None = None
+    rotation: str | None = None
+    gripper: str | None = None
+    gripper_range: list[float] = field(default_factory=lambda: [0.0, 1.0])
+    calibration: Path | None = None
     ignore_collision: bool = True
     min_rest: float = 0.2
     arm_tolerance: float = 0.01
+    position_tolerance: float = 0.004
+    rotation_tolerance: float = 0.02
     gripper_tolerance: float = 0.03
     push_to_hub: bool = False
     private: bool = False
@@ -62,11 +82,22 @@ def run(config: AnnotateConfig) -> None:
     if config.template is None:
         refuse_occupied(root)  # before a person types anything
     source = open_dataset(config.repo_id, config.root)
+    calibration = {}
+    if config.calibration is not None:
+        calibration = read_calibration(config.calibration, schema.cameras_of(source.features))
     found = find_keyframes(
         source,
-        min_rest=config.min_rest,
-        arm_tolerance=config.arm_tolerance,
-        gripper_tolerance=config.gripper_tolerance,
+        RestTolerances(
+            config.min_rest,
+            config.arm_tolerance,
+            config.position_tolerance,
+            config.rotation_tolerance,
+            config.gripper_tolerance,
+        ),
+        state_names=config.state_names,
+        rotation=config.rotation,
+        gripper=config.gripper,
+        gripper_range=config.gripper_range,
     )
     count = sum(len(episode.keyframes) for episode in found)
     print(f"{count} keyframes in {len(found)} episodes")
@@ -76,7 +107,15 @@ def run(config: AnnotateConfig) -> None:
         return
     assert config.output_repo_id is not None
     instructions = read_instructions(config.instructions) if config.instructions else ask_instructions(found)
-    annotate(source, found, instructions, root, config.output_repo_id, ignore_collision=config.ignore_collision)
+    annotate(
+        source,
+        found,
+        instructions,
+        root,
+        config.output_repo_id,
+        ignore_collision=config.ignore_collision,
+        calibration=calibration,
+    )
     print(f"demonstrations: {root}")
     if config.push_to_hub:
         from lerobot_llakey.datasets.card import push

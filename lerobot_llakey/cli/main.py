@@ -25,6 +25,7 @@ VERBS: dict[str, tuple[str, str]] = {
         "let a policy act, and write what the expert would have done",
     ),
     "merge": ("lerobot_llakey.cli.merge", "join finished datasets into one"),
+    "upgrade": ("lerobot_llakey.cli.upgrade", "bring a dataset of the first data contract to the present one"),
     "compose": ("lerobot_llakey.cli.compose", "make one checkpoint of a command and an action policy, and back"),
     "bench": ("lerobot_llakey.cli.bench", "how fast collecting, loading, training and deciding are here"),
     "abilities": ("lerobot_llakey.cli.abilities", "how well a command policy names the next instruction"),

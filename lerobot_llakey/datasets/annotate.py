@@ -1,4 +1,4 @@
-"""Keyframes and instructions for a person's own recordings.
+"""Keyframes and instructions for a person's own recordings, of any arm.
 
 Keyframes are discovered from the robot's states; what a person adds is one instruction a segment, in a CSV file with
 the columns ``episode,segment,instruction``, in a JSON file ``{"0": ["grasp the cup", ...], ...}``, or typed.
@@ -8,67 +8,120 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
-from lerobot.datasets.compute_stats import get_feature_stats
-from lerobot.datasets.io_utils import load_stats, write_stats
 from lerobot.datasets.lerobot_dataset import LeRobotDataset
 
 from lerobot_llakey import schema
+from lerobot_llakey.datasets.camera_calibration import CameraCalibration
+from lerobot_llakey.datasets.commanded_gripper import command_column, gripper_opened
 from lerobot_llakey.datasets.found import FoundKeyframes
-from lerobot_llakey.datasets.language import write_language
-from lerobot_llakey.datasets.rewrite import rewrite
-from lerobot_llakey.datasets.units import check_names, check_states
-from lerobot_llakey.datasets.velocities import estimate_velocities
+from lerobot_llakey.datasets.poses import state_reader
+from lerobot_llakey.datasets.rewrite import as_column, rewrite
+from lerobot_llakey.datasets.units import check_states
+from lerobot_llakey.datasets.velocities import estimate_velocities, velocity_columns
 from lerobot_llakey.datasets.wording import by_place, refuse_outside_grammar
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.files import check_writable
 from lerobot_llakey.folders import new_folder, refuse_occupied
-from lerobot_llakey.keyframes import discover_keyframes
+from lerobot_llakey.geometry import continuous_quaternions
+from lerobot_llakey.hand import hand_columns, joint_columns, read_hand
+from lerobot_llakey.keyframes import discover_keyframes, pose_numbers
 from lerobot_llakey.labels import Labels, label
 
 
-def find_keyframes(source: LeRobotDataset, **settings: float) -> list[FoundKeyframes]:
+@dataclass(frozen=True)
+class RestTolerances:
+    """What counts as a rest, see :mod:`lerobot_llakey.keyframes`.
+
+    Attributes:
+        min_rest: seconds that the robot rests at a keyframe at least.
+        joint: radians that a resting joint may stray.
+        position: metres that a resting hand may stray, where no joints are named.
+        rotation: radians that it may turn.
+        gripper: share of its travel that a resting gripper may stray.
+    """
+
+    min_rest: float = 0.2
+    joint: float = 0.01
+    position: float = 0.004
+    rotation: float = 0.02
+    gripper: float = 0.03
+
+
+def find_keyframes(
+    source: LeRobotDataset, tolerances: RestTolerances | None = None, **wording: Any
+) -> list[FoundKeyframes]:
     """Discover every episode's keyframes.
 
+    Joints, the further numbers whose names hold "joint", tell rests best. Where no joints are named, the hand's pose
+    does: other numbers could be of any unit.
+
     Args:
-        source: a dataset whose state has the contract's columns.
-        settings: of :func:`lerobot_llakey.keyframes.discover_keyframes`.
+        source: a dataset whose state holds the hand's pose.
+        tolerances: of rests.
+        wording: how the state is written, see :func:`lerobot_llakey.datasets.poses.state_reader`.
 
     Raises:
-        LlakeyError: if the dataset has no such state, it is in other units or another order, an episode is too short,
-            or only some of the episodes are loaded.
+        LlakeyError: if the dataset has no such state, it is in other units, an episode is too short, or only some of
+            the episodes are loaded.
     """
-    shape = tuple(source.features.get(schema.STATE, {}).get("shape", ()))
-    if shape != (schema.STATE_DIM,):
+    tolerances = tolerances or RestTolerances()
+    if schema.STATE not in source.features:
         raise LlakeyError(
-            f"Expected {schema.STATE} of {schema.STATE_DIM} numbers ({', '.join(schema.STATE_NAMES)}) in "
-            f"{source.repo_id}, got {f'shape {shape}' if shape else 'no such column'}; record these."
+            f"Expected {schema.STATE} with the hand's pose in {source.repo_id}, got only "
+            f"{', '.join(source.features)}; record it."
         )
-    check_names(source.features[schema.STATE])
+    reader = state_reader(source.features[schema.STATE], **wording)
     if len(source.hf_dataset) != source.meta.total_frames:
         raise LlakeyError(
             f"Expected all {source.meta.total_episodes} episodes of {source.repo_id}, got {source.num_episodes}; load "
             "it without a choice of episodes."
         )
-    rows = source.hf_dataset.select_columns([schema.STATE, "episode_index", "task_index"]).with_format("numpy")[:]
-    states = np.asarray(rows[schema.STATE], dtype=np.float32)
-    check_states(states, rows["episode_index"])
+    command = command_column(source.features.get(schema.ACTION), wording.get("gripper"))
+    wanted = [schema.STATE, "episode_index", "task_index", *([] if command is None else [schema.ACTION])]
+    rows = source.hf_dataset.select_columns(wanted).with_format("numpy")[:]
+    states = reader.read(np.asarray(rows[schema.STATE]).reshape(len(rows["episode_index"]), -1))
+    check_states(states, reader.names, rows["episode_index"])
+    openings = read_hand(states, hand_columns(reader.names))[:, schema.GRIPPER]
+    opened = gripper_opened(openings, None if command is None else np.asarray(rows[schema.ACTION])[:, command])
     found = []
     for episode in np.unique(rows["episode_index"]):
         frames = np.flatnonzero(rows["episode_index"] == episode)
         part = states[frames]
+        part[:, schema.QUATERNION] = continuous_quaternions(part[:, schema.QUATERNION])
         if len(part) < 2:
             raise LlakeyError(
                 f"Expected episodes of two frames or more in {source.repo_id}, got one frame in episode {episode}; "
                 "remove it with lerobot-edit-dataset."
             )
-        keyframes = discover_keyframes(part[:, schema.JOINTS], part[:, schema.GRIPPER], source.fps, **settings)
+        keyframes = _discover(part, openings[frames], reader.names, source.fps, tolerances)
         task = str(source.meta.tasks.iloc[int(rows["task_index"][frames[0]])].name)
-        found.append(FoundKeyframes(int(episode), task, part, keyframes, source.fps))
+        found.append(
+            FoundKeyframes(
+                int(episode), task, part.astype(np.float32), reader.names, opened[frames], keyframes, source.fps
+            )
+        )
     return found
+
+
+def _discover(
+    states: np.ndarray, openings: np.ndarray, names: Sequence[str], fps: float, tolerances: RestTolerances
+) -> list[int]:
+    joints = joint_columns(names)
+    arm = states[:, joints] if joints else pose_numbers(states, tolerances.position, tolerances.rotation)
+    return discover_keyframes(
+        arm,
+        openings,
+        fps,
+        min_rest=tolerances.min_rest,
+        arm_tolerance=tolerances.joint if joints else 1.0,
+        gripper_tolerance=tolerances.gripper,
+    )
 
 
 def annotate(
@@ -79,8 +132,9 @@ def annotate(
     repo_id: str,
     *,
     ignore_collision: bool = True,
+    calibration: Mapping[str, CameraCalibration] | None = None,
 ) -> LeRobotDataset:
-    """Write a copy of a dataset with the contract's keyframe and instruction columns.
+    """Write a copy of a dataset with the contract's state, keyframe and instruction columns.
 
     The copy appears whole or not at all. Where the source has no velocities, the copy's are estimated from its states.
 
@@ -93,6 +147,7 @@ def annotate(
         root: folder of the copy, which must not exist yet.
         repo_id: its name.
         ignore_collision: whether the planner may touch things on the way to a keyframe: recordings do not tell.
+        calibration: of cameras that do not move, by name; other cameras stay as they are.
 
     Raises:
         LlakeyError: if an episode's instructions are missing, not as many as its segments, or outside the grammar, or
@@ -102,40 +157,32 @@ def annotate(
     refuse_occupied(root)
     refuse_outside_grammar(by_place({episode.episode: instructions.get(episode.episode, ()) for episode in found}))
     labels = [_label(episode, instructions.get(episode.episode, ()), ignore_collision) for episode in found]
-    kept = (schema.EPISODE_SEED, schema.EPISODE_VARIATION, schema.EPISODE_SEQUENCE, *schema.LATER_COLUMNS)
-    columns = {
-        key: values for key, values in _columns(found, labels).items() if not (key in kept and key in source.features)
-    }
+    names = found[0].names
+    velocity_names, _ = velocity_columns(names)
+    features = schema.label_features() | {schema.STATE: schema.vector(names)}
+    kept = {schema.EPISODE_SEED, schema.EPISODE_VARIATION, schema.EPISODE_SEQUENCE, *schema.ORIGIN_COLUMNS}
+    kept &= set(source.features)
+    columns = {key: values for key, values in _columns(found, labels).items() if key not in kept}
+    if velocity_names and tuple(source.features.get(schema.VELOCITY, {}).get("shape", ())) != (len(velocity_names),):
+        features[schema.VELOCITY] = schema.vector(velocity_names)
+        columns[schema.VELOCITY] = _velocities(found)
+    for camera, known in (calibration or {}).items():
+        for key, value in (
+            (schema.intrinsics_key(camera), known.intrinsics),
+            (schema.extrinsics_key(camera), known.extrinsics),
+        ):
+            features[key] = schema.vector(schema.INTRINSICS_NAMES if len(value) == 4 else schema.POSE_NAMES)
+            columns[key] = np.tile(value, (source.meta.total_frames, 1))
     check_writable(root, sum(file.stat().st_size for file in source.root.rglob("*") if file.is_file()))
     with new_folder(root) as folder:
         shutil.copytree(source.root, folder, ignore=shutil.ignore_patterns("README.md", ".cache"))
-        _relabel(folder, columns)
+
+        def of(table: pa.Table) -> dict[str, pa.Array]:
+            rows = table["index"].to_numpy()
+            return {key: as_column(values[rows]) for key, values in columns.items()}
+
+        rewrite(folder, of, {key: features[key] for key in columns})
     return LeRobotDataset(repo_id, root=root)
-
-
-def _relabel(root: Path, columns: Mapping[str, np.ndarray]) -> None:
-    """Set a dataset's columns, their statistics and LeRobot's own column of instructions."""
-    features = schema.demonstration_features(cameras=())
-
-    def of(table: pa.Table) -> dict[str, pa.Array]:
-        rows = table["index"].to_numpy()
-        return {key: _array(values[rows]) for key, values in columns.items()}
-
-    rewrite(root, of, {key: features[key] for key in columns})
-    write_language(root)
-    stats = load_stats(root) or {}
-    for key, values in columns.items():
-        if values.dtype != object:
-            numbers = values.astype(np.float64)
-            stats[key] = get_feature_stats(numbers, axis=0, keepdims=numbers.ndim == 1)
-    write_stats(stats, root)
-
-
-def _array(values: np.ndarray) -> pa.Array:
-    """A column of texts, numbers or vectors (N, D)."""
-    if values.ndim == 2:
-        return pa.FixedSizeListArray.from_arrays(pa.array(values.reshape(-1)), values.shape[1])
-    return pa.array(values, type=pa.string() if values.dtype == object else None)
 
 
 def _label(episode: FoundKeyframes, instructions: Sequence[str], ignore_collision: bool) -> Labels:
@@ -145,13 +192,25 @@ def _label(episode: FoundKeyframes, instructions: Sequence[str], ignore_collisio
             f"Expected {count} instructions for episode {episode.episode}, one for each keyframe in "
             f"{episode.keyframes}, got {list(instructions)}; complete them, or find other keyframes by --min_rest."
         )
-    return label(episode.states, episode.keyframes, list(instructions), [ignore_collision] * count)
+    hand = read_hand(episode.states, hand_columns(episode.names))
+    return label(
+        hand,
+        episode.keyframes,
+        list(instructions),
+        [ignore_collision] * count,
+        episode.opened[episode.keyframes].tolist(),
+    )
+
+
+def _velocities(found: Sequence[FoundKeyframes]) -> np.ndarray:
+    _, places = velocity_columns(found[0].names)
+    return np.concatenate([estimate_velocities(episode.states[:, places], episode.fps) for episode in found])
 
 
 def _columns(found: Sequence[FoundKeyframes], labels: Sequence[Labels]) -> dict[str, np.ndarray]:
     length = sum(len(episode.states) for episode in found)
     return {
-        schema.VELOCITY: np.concatenate([estimate_velocities(episode.states, episode.fps) for episode in found]),
+        schema.STATE: np.concatenate([episode.states for episode in found]),
         schema.ACTION: np.concatenate([part.action for part in labels]),
         schema.INSTRUCTION: np.array([text for part in labels for text in part.instruction], dtype=object),
         schema.PREVIOUS_INSTRUCTION: np.array(

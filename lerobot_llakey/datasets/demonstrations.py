@@ -13,7 +13,6 @@ from lerobot.datasets.lerobot_dataset import LeRobotDataset
 from lerobot.datasets.utils import INFO_PATH
 
 from lerobot_llakey import schema
-from lerobot_llakey.datasets.language import write_language
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.sim.cameras import CameraRig
 from lerobot_llakey.sim.recorder import Episode, frame_columns, render_frames
@@ -108,15 +107,12 @@ class DemonstrationWriter:
             encoder_queue_maxsize=_LONGEST_EPISODE,
             encoder_threads=1,
         )
-        self._root = root
 
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, error: type[BaseException] | None, *_: object) -> None:
+    def __exit__(self, *_: object) -> None:
         self._dataset.finalize()
-        if error is None:
-            write_language(self._root)
 
     def add_episode(self, frames: list[Frame]) -> None:
         """Write one episode of frames as :func:`frames_of` gives them."""

@@ -14,7 +14,9 @@ class FoundKeyframes:
     Attributes:
         episode: its index.
         task: skill instruction.
-        states: (T, 15) robot states of the contract.
+        states: (T, N) in the contract's terms, quaternions without jumps.
+        names: of the states' numbers.
+        opened: (T,) bool, whether the gripper is open: as commanded or, where no command tells, as far as it gets.
         keyframes: discovered frames; the last one is T - 1.
         fps: frames a second.
     """
@@ -22,6 +24,8 @@ class FoundKeyframes:
     episode: int
     task: str
     states: np.ndarray
+    names: tuple[str, ...]
+    opened: np.ndarray
     keyframes: list[int]
     fps: float
 

@@ -47,7 +47,7 @@ def convert(source: LeRobotDataset, root: Path, repo_id: str, *, balance: Balanc
     features = {
         key: {**feature, "dtype": "image", "info": _info(feature)} if feature["dtype"] == "video" else dict(feature)
         for key, feature in source.features.items()
-        if key not in DEFAULT_FEATURES and feature["dtype"] != "language"
+        if key not in DEFAULT_FEATURES
     }
     written = features | balance.features()
     columns = source.hf_dataset.with_format("numpy")

@@ -11,13 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from lerobot.datasets.utils import INFO_PATH
-
-from lerobot_llakey import schema
-from lerobot_llakey.datasets.language import write_language
 from lerobot_llakey.datasets.merge import merge_into
 from lerobot_llakey.datasets.places import Places, claimed, parts_of, settled
-from lerobot_llakey.datasets.rewrite import drop
 from lerobot_llakey.errors import FileInTheWayError, LlakeyError
 from lerobot_llakey.files import UNFINISHED, reading, remove, write_whole
 from lerobot_llakey.folders import check_movable, replace_folder
@@ -93,10 +88,7 @@ class Growth:
             sources = [*earlier, *(folder / kind for folder in folders)]
             merged = root.with_name(f".{root.name}{UNFINISHED}")  # beside its own dataset: on the same file system
             remove(merged)
-            _level(sources)
             merge_into(merged, sources, repo_id)
-            if kind == "demonstrations":
-                write_language(merged)
             record = {"settings": dict(self.settings), "episodes": self.episodes, "thrown_away": total}
             (merged / RECORD).write_text(json.dumps(record, indent=2))
             replace_folder(merged, root)
@@ -227,11 +219,3 @@ def _clear(parts: Path) -> None:
     remove(parts / _SETTINGS)
     if not any(parts.iterdir()):  # what someone else put there stays
         parts.rmdir()
-
-
-def _level(folders: Sequence[Path]) -> None:
-    """Leave out the columns that came later where not all datasets to be merged were begun with them."""
-    features = [set(json.loads((folder / INFO_PATH).read_text())["features"]) for folder in folders]
-    lacking = [key for key in schema.LATER_COLUMNS if not all(key in known for known in features)]
-    for folder in folders if lacking else ():
-        drop(folder, lacking)

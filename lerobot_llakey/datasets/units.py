@@ -1,17 +1,17 @@
-"""Whether recorded states are in the contract's units and order, as far as names and values tell."""
+"""Whether recorded states, once they are in the contract's terms, are in its units, as far as names and values tell."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 
 from lerobot_llakey import schema
-from lerobot_llakey.checks.metadata import names_of
 from lerobot_llakey.errors import LlakeyError
+from lerobot_llakey.hand import hand_columns, joint_columns
 
-_MOST_TURNED = 2 * np.pi
+_MOST_TURNED = 4 * np.pi
+"""Radians beyond which no joint turns; degrees get there within a few frames."""
 _OFF_UNIT = 0.05
 _PLAY = 0.05
 """How far beyond 0..1 an opening may lie."""
@@ -19,41 +19,20 @@ _METRES_OPEN, _MOVED = 0.13, 0.005
 """A gripper that moves, and never opens farther than a hand's width in metres, was not recorded as a share."""
 
 
-def check_names(feature: Mapping[str, Any], key: str = schema.STATE) -> None:
-    """Check that names of a state's columns, where there are any of the contract's, stand in its order.
-
-    Args:
-        feature: LeRobot's description of the state.
-        key: its name.
-
-    Raises:
-        LlakeyError: if they do not, as where a quaternion was recorded as qw, qx, qy, qz.
-    """
-    given = names_of(feature)
-    moved = [
-        name
-        for place, name in enumerate(given)
-        if name in schema.STATE_NAMES[:8] and schema.STATE_NAMES.index(name) != place
-    ]
-    if moved:
-        raise LlakeyError(
-            f"Expected the columns of {key} in the order {', '.join(schema.STATE_NAMES)}, got {', '.join(given)}; put "
-            f"{', '.join(moved)} in its place and record anew, or correct the names if they are wrong."
-        )
-
-
-def check_states(states: np.ndarray, episodes: np.ndarray) -> None:
+def check_states(states: np.ndarray, state_names: Sequence[str], episodes: np.ndarray) -> None:
     """Check that states are finite and in metres, radians, unit quaternions and openings from 0 to 1.
 
     Args:
-        states: (T, 15) of all episodes.
+        states: (T, N) of all episodes, in the contract's terms.
+        state_names: of their numbers.
         episodes: (T,) index of each row's episode.
 
     Raises:
         LlakeyError: if they look like degrees, millimetres, percent, metres of a gripper's opening, or no rotation.
     """
-    position, joints = states[:, schema.POSITION], states[:, schema.JOINTS]
-    gripper, norm = states[:, schema.GRIPPER], np.linalg.norm(states[:, schema.QUATERNION], axis=1)
+    hand = states[:, list(hand_columns(state_names))]
+    position, joints = hand[:, schema.POSITION], states[:, joint_columns(state_names)]
+    norm = np.linalg.norm(hand[:, schema.QUATERNION], axis=1)
     _refuse(~np.isfinite(states), states, episodes, "finite numbers", "drop the episode or correct the recording")
     _refuse(
         np.abs(position) > schema.FARTHEST,
@@ -66,8 +45,8 @@ def check_states(states: np.ndarray, episodes: np.ndarray) -> None:
         np.abs(norm - 1) > _OFF_UNIT,
         norm,
         episodes,
-        "unit quaternions (qx, qy, qz, qw) of the hand",
-        "record the rotation as a quaternion of norm 1",
+        "unit quaternions of the hand",
+        "check which numbers are the rotation, by --state_names and --rotation",
         "norm ",
     )
     _refuse(
@@ -75,19 +54,21 @@ def check_states(states: np.ndarray, episodes: np.ndarray) -> None:
         joints,
         episodes,
         "joint angles in radians",
-        "multiply by pi / 180 if these are degrees",
+        "multiply by pi / 180 if these are degrees, or name them otherwise by --state_names",
     )
+    gripper = hand[:, schema.GRIPPER :]
     _refuse(
         (gripper < -_PLAY) | (gripper > 1 + _PLAY),
         gripper,
         episodes,
         "the gripper's opening from 0, closed, to 1, open",
-        "divide by its largest value: 100 for percent, 255 for 8 bits",
+        "give --gripper_range=[closed,open]: [0,100] for percent, [0,255] for 8 bits",
     )
-    if np.ptp(gripper) > _MOVED and gripper.max() < _METRES_OPEN:
+    if gripper.size and np.ptp(gripper) > _MOVED and gripper.max() < _METRES_OPEN:
         raise LlakeyError(
             f"Expected the gripper's opening from 0, closed, to 1, open, got at most {gripper.max():.3g} in "
-            f"{len(np.unique(episodes))} episodes, as in metres; divide by its width when open."
+            f"{len(np.unique(episodes))} episodes, as in metres; give --gripper_range=[0,{gripper.max():.2g}] or the "
+            "width to which it opens."
         )
 
 

@@ -34,7 +34,7 @@ class Episode:
         qpos: (T, nq) the scene's configuration, from which pictures are rendered.
         keyframes: discovered from the states alone; empty where fewer than two frames were recorded.
         waypoints: what the expert went for, one a segment where keyframes_match.
-        keyframes_match: whether each waypoint has exactly one discovered keyframe, at its end, and the gripper was commanded as it says.
+        keyframes_match: whether each waypoint has exactly one discovered keyframe, at its end, the gripper as meant.
         success: whether the task's oracle was satisfied at the end.
         task: name of the task.
         description: skill instruction.

@@ -150,7 +150,7 @@ class World:
         return bool(self.data.ctrl[self.robot.finger_actuators[0]] < 0.5 * self.robot.open_target)
 
     def state(self, before: np.ndarray | None = None) -> np.ndarray:
-        """(15,) float32 robot state, see schema.SIM_STATE_NAMES, its quaternion of the sign nearest to the state before's."""
+        """(15,) float32 robot state, see schema.SIM_STATE_NAMES; its quaternion is the nearer to the state before's."""
         tool = self.tool
         quaternion = nearest_sign(tool.quaternion, DOWN if before is None else before[schema.QUATERNION])
         parts = (tool.position, quaternion, [self.robot.opening(self.data)], self.robot.joints(self.data))

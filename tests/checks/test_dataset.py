@@ -72,16 +72,30 @@ def test_what_is_not_read_may_be_wrong(sound: Path, tmp_path: Path) -> None:
     _, change = WRONG["extrinsics identity"]
     meta = opened(wrong_dataset(sound, tmp_path / "wrong", change))
     check_dataset(meta, Needs(frozenset({schema.TASK, schema.INSTRUCTION}), depth=False, workspace=None))
-    with pytest.raises(LlakeyError, match=schema.EXTRINSICS):
+    with pytest.raises(LlakeyError, match=schema.extrinsics_key("front")):
         check_dataset(meta, needs_all(meta.features))
 
 
-def test_cameras_in_another_order_than_the_datasets_are_refused(sound: Path) -> None:
+def test_a_camera_that_is_not_read_may_be_wrong(sound: Path, tmp_path: Path) -> None:
+    _, change = WRONG["extrinsics identity"]
+    meta = opened(wrong_dataset(sound, tmp_path / "wrong", change))
+    check_dataset(meta, Needs(frozenset({schema.STATE, schema.ACTION}), cameras=("wrist", "left_shoulder")))
+    with pytest.raises(LlakeyError, match=r"camera_extrinsics\.front"):
+        check_dataset(meta, Needs(frozenset({schema.STATE, schema.ACTION}), cameras=("wrist", "front")))
+
+
+def test_depth_without_calibration_is_warned_of(sound: Path, tmp_path: Path) -> None:
     meta = opened(sound)
-    columns = frozenset({schema.INTRINSICS, schema.EXTRINSICS})
-    with pytest.raises(LlakeyError, match="wrist, front"):
-        check_dataset(meta, Needs(columns, cameras=("wrist", "front", "left_shoulder", "right_shoulder")))
-    check_dataset(meta, Needs(columns, cameras=schema.CAMERAS))
+    meta.info.features = {key: one for key, one in meta.features.items() if key != schema.extrinsics_key("wrist")}
+    found = find(meta, needs_all(meta.features))
+    assert [(one.column, one.certain) for one in found] == [(schema.depth_key("wrist"), False)]
+
+
+def test_depth_of_another_size_than_the_colours_is_refused(sound: Path, tmp_path: Path) -> None:
+    key = schema.depth_key("wrist")
+    meta = opened(misnoted_dataset(sound, tmp_path / "wrong", key, {"shape": [8, 16, 1]}))
+    with pytest.raises(LlakeyError, match=f"16x16 pixels, in {key}.*16x8"):
+        check_dataset(meta, needs_all(meta.features))
 
 
 def test_a_workspace_may_be_wider(sound: Path, tmp_path: Path) -> None:
@@ -91,7 +105,8 @@ def test_a_workspace_may_be_wider(sound: Path, tmp_path: Path) -> None:
 
     meta = opened(wrong_dataset(sound, tmp_path / "moved", change))
     with pytest.raises(LlakeyError, match=r"widen policy\.workspace"):
-        check_dataset(meta, Needs(frozenset({schema.ACTION}), depth=False))
+        check_dataset(meta, Needs(frozenset({schema.ACTION}), depth=False, workspace=schema.WORKSPACE))
+    check_dataset(meta, Needs(frozenset({schema.ACTION}), depth=False))
     wide = ((0.0, 1.0), (-1.5, 1.5), (-0.05, 0.95))
     check_dataset(meta, Needs(frozenset({schema.ACTION}), depth=False, workspace=wide))
 

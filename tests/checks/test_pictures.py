@@ -9,6 +9,7 @@ import pytest
 from fakes import fake_cameras, render_balls
 from lerobot_llakey import schema
 from lerobot_llakey.checks.pictures import Sample, check_pictures
+from lerobot_llakey.geometry import pose_to_matrix
 
 SIZE = 64
 
@@ -28,12 +29,14 @@ def sample() -> Sample:
         ]
         colours[camera] = np.stack([rgb for rgb, _ in seen]) / 255
         depths[camera] = np.stack([depth[..., 0] for _, depth in seen]) / 1000
-    states = np.zeros((12, schema.STATE_DIM))
-    states[:, :3] = places
+    hands = np.zeros((12, schema.HAND_DIM))
+    hands[:, :3] = places
     actions = np.zeros((12, schema.ACTION_DIM))
     actions[:, :3] = places
-    tiled = (np.tile(matrices[None], (12, 1, 1, 1)) for matrices in (intrinsics, extrinsics))
-    return Sample(schema.CAMERAS, colours, depths, *tiled, states, actions)
+    matrices = pose_to_matrix(extrinsics.astype(float))
+    known = {camera: np.tile(intrinsics[number], (12, 1)) for number, camera in enumerate(schema.CAMERAS)}
+    stands = {camera: np.tile(matrices[number], (12, 1, 1)) for number, camera in enumerate(schema.CAMERAS)}
+    return Sample(schema.CAMERAS, colours, depths, known, stands, hands, actions)
 
 
 def test_sound_pictures_give_no_warning(sample: Sample) -> None:
@@ -45,8 +48,9 @@ def with_depth(change: Callable[[np.ndarray], np.ndarray]) -> Callable[[Sample],
 
 
 def swapped(sample: Sample) -> Sample:
-    order = [0, 2, 1, 3]
-    return replace(sample, extrinsics=sample.extrinsics[:, order])
+    left, right = "left_shoulder", "right_shoulder"
+    swap = {left: sample.extrinsics[right], right: sample.extrinsics[left]}
+    return replace(sample, extrinsics=sample.extrinsics | swap)
 
 
 @pytest.mark.parametrize(
@@ -58,7 +62,7 @@ def swapped(sample: Sample) -> Sample:
         (with_depth(lambda depth: depth / 1000), "metres?"),
         (with_depth(lambda depth: np.full_like(depth, 0.5)), "500 mm in every pixel"),
         (with_depth(lambda depth: np.random.default_rng(1).uniform(0.5, 3.0, depth.shape)), "noise?"),
-        (swapped, "it is camera right_shoulder"),
+        (swapped, "where camera right_shoulder does"),
         (lambda sample: replace(sample, colours={name: v * 0 for name, v in sample.colours.items()}), "0 in every"),
     ],
 )
