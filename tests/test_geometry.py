@@ -8,12 +8,19 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from lerobot_llakey.geometry import (
+    DOWN,
     Pose,
     canonical_quaternion,
+    continuous_quaternions,
+    intrinsics_to_matrix,
+    matrix_to_pose,
     matrix_to_quaternion,
+    nearest_sign,
     pinhole_intrinsics,
+    pose_to_matrix,
     quaternion_to_matrix,
     top_down,
+    unit_quaternion,
     unproject,
 )
 
@@ -55,12 +62,12 @@ def test_bad_quaternions_are_refused(bad: np.ndarray) -> None:
 
 def test_unproject_inverts_projection() -> None:
     height, width = 6, 8
-    intrinsics = pinhole_intrinsics(60, height, width)
+    intrinsics = intrinsics_to_matrix(torch.tensor(pinhole_intrinsics(60, height, width)))
     extrinsics = Pose(np.array([0.3, 0.1, 1.0]), top_down(0.3)).matrix
     depth = torch.rand(height, width, dtype=torch.float64) + 0.5
-    points = unproject(depth, torch.tensor(intrinsics), torch.tensor(extrinsics)).numpy()
+    points = unproject(depth, intrinsics, torch.tensor(extrinsics)).numpy()
     local = (points - extrinsics[:3, 3]) @ extrinsics[:3, :3]
-    pixels = local @ intrinsics.T
+    pixels = local @ intrinsics.numpy().T
     pixels = pixels[..., :2] / pixels[..., 2:]
     v, u = np.mgrid[:height, :width]
     assert np.allclose(pixels, np.stack((u, v), axis=-1) + 0.5)
@@ -75,3 +82,39 @@ def test_quaternions_of_any_length_are_brought_to_one(length: float) -> None:
 def test_a_quaternion_without_length_is_named() -> None:
     with pytest.raises(ValueError, match=r"1\.e-20"):
         canonical_quaternion(np.array((0.0, 0.0, 1e-20, 0.0)))
+
+
+@given(quaternions)
+def test_poses_and_matrices_are_inverse_in_numpy_and_torch_alike(quaternion: np.ndarray) -> None:
+    poses = np.stack([np.append((0.1, -0.2, 0.3), sign * 2.0 * quaternion) for sign in (1, -1)])
+    matrices = pose_to_matrix(poses)
+    assert np.allclose(matrices, Pose(poses[0, :3], quaternion).matrix)
+    assert np.allclose(pose_to_matrix(torch.tensor(poses)).numpy(), matrices)
+    expected = np.append((0.1, -0.2, 0.3), canonical_quaternion(quaternion))
+    assert np.allclose(matrix_to_pose(matrices), expected, atol=1e-6)
+    assert np.allclose(matrix_to_pose(torch.tensor(matrices)).numpy(), expected, atol=1e-6)
+
+
+def test_intrinsics_become_a_matrix() -> None:
+    matrix = intrinsics_to_matrix(torch.tensor([[1.0, 2.0, 3.0, 4.0]]))
+    assert matrix.tolist() == [[[1, 0, 3], [0, 2, 4], [0, 0, 1]]]
+
+
+def test_a_trajectory_has_no_jumps_and_begins_nearest_to_the_reference() -> None:
+    angles = np.linspace(0, 4 * np.pi, 50)
+    smooth = Rotation.from_rotvec(np.outer(angles, (0.0, 1.0, 0.0))) * Rotation.from_quat(DOWN)
+    jumping = np.stack([canonical_quaternion(quaternion) for quaternion in smooth.as_quat()])
+    jumping[::3] *= -1
+    for reference in (DOWN, -DOWN):
+        path = continuous_quaternions(jumping, reference)
+        assert path[0] @ reference > 0.99
+        assert (np.sum(path[1:] * path[:-1], axis=1) > 0).all()
+        assert np.allclose(np.abs(np.sum(path * jumping, axis=1)), 1)
+    assert continuous_quaternions(jumping.astype(np.float32)).dtype == np.float32
+
+
+def test_a_single_quaternion_takes_the_nearer_sign() -> None:
+    quaternion = np.array((-0.8, 0.0, 0.0, 0.6))
+    assert np.array_equal(nearest_sign(quaternion), -quaternion)
+    assert np.array_equal(nearest_sign(quaternion, quaternion), quaternion)
+    assert np.allclose(unit_quaternion(5 * quaternion), quaternion)

@@ -3,7 +3,6 @@
 import pytest
 
 from lerobot_llakey import schema
-from lerobot_llakey.errors import LlakeyError
 
 
 def test_seed_ranges_are_disjoint() -> None:
@@ -19,32 +18,37 @@ def test_scene_seed_refuses_unknown_splits_and_indices() -> None:
         schema.scene_seed("test", -1)
 
 
-def test_text_survives_encoding() -> None:
-    text = "slide the red block to the orange target"
-    assert schema.decode_text(schema.encode_text(text)) == text
-    with pytest.raises(ValueError, match="Expected at most"):
-        schema.encode_text("x" * (schema.TEXT_LENGTH + 1))
-
-
 def test_columns_are_named_and_sized() -> None:
-    features = schema.demonstration_features(64, 48, ("front", "wrist"))
-    assert features[schema.image_key("front")]["shape"] == (64, 48, 3)
+    features = schema.dataset_features({"front": (48, 64), "wrist": (32, 32)}, dtype="image")
+    assert features[schema.image_key("front")]["shape"] == (48, 64, 3)
+    assert features[schema.depth_key("wrist")]["shape"] == (32, 32, 1)
     assert features[schema.depth_key("wrist")]["info"]["is_depth_map"]
-    assert features[schema.INTRINSICS]["shape"] == (2, 3, 3)
-    assert len(features[schema.STATE]["names"]) == schema.STATE_DIM == 15
-    velocity = features[schema.VELOCITY]["names"]
-    assert len(velocity) == schema.VELOCITY_DIM == 8
-    assert velocity[schema.ARM_VELOCITY] == [f"{name}_velocity" for name in schema.STATE_NAMES[schema.JOINTS]]
-    assert velocity[schema.GRIPPER_VELOCITY] == "gripper_velocity"
+    assert features[schema.intrinsics_key("front")]["names"] == ["fx", "fy", "cx", "cy"]
+    assert features[schema.extrinsics_key("front")]["names"] == list(schema.POSE_NAMES)
+    assert {len(feature["shape"]) for key, feature in features.items() if "images" not in key} == {1}
     assert len(features[schema.ACTION]["names"]) == schema.ACTION_DIM == 9
     assert schema.ACTION_NAMES[schema.GRIPPER] == "gripper_open"
-    assert schema.STATE_NAMES[schema.GRIPPER] == "gripper_opening"
+    assert schema.HAND_NAMES[schema.GRIPPER] == "gripper_opening"
     assert schema.ACTION_NAMES[schema.IGNORE_COLLISION] == "ignore_collision"
 
 
-@pytest.mark.parametrize("code", [float("nan"), float("inf"), -1.0, 2.0**21, 97.5])
-def test_what_is_no_code_point_is_refused(code: float) -> None:
-    codes = schema.encode_text("grasp")
-    codes[2] = code
-    with pytest.raises(LlakeyError, match=r"code points from 0 to 1114111, got .* at place 2"):
-        schema.decode_text(codes)
+def test_no_text_of_a_dataset_is_an_observation() -> None:
+    texts = [key for key, feature in schema.dataset_features().items() if feature["dtype"] == "string"]
+    assert set(schema.TEXTS) <= set(texts)
+    assert not [key for key in texts if key.startswith("observation.")]
+
+
+def test_other_arms_have_other_numbers() -> None:
+    features = schema.dataset_features({}, (*schema.HAND_NAMES, "elbow"), ("elbow_velocity",))
+    assert features[schema.STATE]["shape"] == (9,) and features[schema.VELOCITY]["names"] == ["elbow_velocity"]
+    assert schema.cameras_of(features) == ()
+
+
+def test_cameras_come_in_the_order_of_the_features_and_those_with_depth_are_told() -> None:
+    features = schema.dataset_features({"wrist": (8, 8), "a_depth": (8, 8), "front": (8, 8)})
+    assert schema.cameras_of(schema.dataset_features()) == schema.CAMERAS
+    del features[schema.depth_key("front")]
+    assert "front" in schema.cameras_of(features)
+    assert schema.cameras_of(features, depth=True)[0] == "wrist"
+    del features[schema.extrinsics_key("wrist")]
+    assert "wrist" not in schema.cameras_of(features, depth=True)

@@ -6,6 +6,7 @@ import pytest
 from fakes_protocol import Hands, small_env
 from lerobot_llakey import schema
 from lerobot_llakey.dagger.episode import Frame, visited_frames
+from lerobot_llakey.datasets.demonstrations import sim_features
 from lerobot_llakey.sim.env import LlakeySimEnv
 
 
@@ -61,7 +62,7 @@ def test_from_a_disturbance_on_the_frames_bear_its_name() -> None:
 
 
 def test_frames_fit_the_contract(env: LlakeySimEnv) -> None:
-    features = schema.keystep_features(32, 32)
+    features = sim_features(32, "image")
     for frame in visit(env, Hands()):
         assert set(frame) == set(features) | {schema.TASK}
         assert frame[schema.EPISODE_TASK] == "open_drawer" and frame[schema.EPISODE_SEED] == 5

@@ -15,7 +15,7 @@ def test_the_card_of_demonstrations_names_columns_skills_and_seeds(collected: Ta
     assert text.startswith("---\nlicense: apache-2.0") and "# me/demonstrations" in text
     assert f"| frames | {len(dataset)} |" in text and "| episodes | 3 |" in text
     assert "| simulated tasks | open_drawer |" in text and "split val" in text
-    for key in schema.demonstration_features():
+    for key in schema.dataset_features():
         assert f"| `{key}` |" in text
     for task in dataset.meta.tasks.index:
         assert f"- {task}\n" in text

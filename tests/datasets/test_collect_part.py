@@ -40,7 +40,7 @@ def test_an_expert_that_always_fails_is_named(
     settings: CollectSettings, targets: Targets, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def broken(world: World, seed: int, variation: int, fps: float, disturbance: str | None) -> Episode:
-        empty = np.zeros((1, schema.STATE_DIM), dtype=np.float32)
+        empty = np.zeros((1, len(schema.SIM_STATE_NAMES)), dtype=np.float32)
         return Episode(empty, empty, empty, [], [], False, False, "open_drawer", "", seed, variation, 0)
 
     monkeypatch.setattr(collect_part, "record", broken)

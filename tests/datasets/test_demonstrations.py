@@ -17,6 +17,7 @@ from lerobot_llakey.datasets.demonstrations import (
     frames_of,
     keystep_rng,
     rgb_encoder,
+    sim_features,
 )
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.sim.cameras import CameraRig
@@ -39,7 +40,7 @@ def recorded() -> Recorded:
 
 def test_frames_fill_the_contract(recorded: Recorded) -> None:
     frames = frames_of(*recorded, [0])
-    features = schema.demonstration_features(SIZE, SIZE)
+    features = sim_features(SIZE, "video")
     assert set(frames[0]) == set(features) | {schema.TASK}
     for camera in schema.CAMERAS:
         assert frames[0][schema.image_key(camera)].shape == (SIZE, SIZE, 3)
@@ -85,7 +86,6 @@ def test_a_written_episode_is_read_back(recorded: Recorded, tmp_path: Path) -> N
     dataset = LeRobotDataset("local/any", root=tmp_path / "dense")
     assert (dataset.num_episodes, len(dataset), dataset.fps) == (2, 18, FPS)
     assert dataset.meta.robot_type == ROBOT_TYPE
-    assert "language_persistent" in dataset.hf_dataset.column_names
     for index, frame in ((7, frames[7]), (14, frames[2])):
         sample = dataset[index]
         assert np.allclose(sample[schema.STATE], frame[schema.STATE])

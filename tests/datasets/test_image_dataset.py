@@ -8,6 +8,7 @@ from lerobot.datasets.lerobot_dataset import LeRobotDataset
 
 from fakes import fake_action, fake_frame
 from lerobot_llakey import schema
+from lerobot_llakey.datasets.demonstrations import sim_features
 from lerobot_llakey.datasets.image_dataset import ImageDatasetWriter
 
 
@@ -17,7 +18,7 @@ def frames(count: int, task: str = "lift the red ball") -> list[dict[str, object
     for index in range(count):
         frame = {key: value for key, value in fake_frame(rng).items() if not key.startswith("_")}
         frame |= {
-            schema.VELOCITY: np.full(schema.VELOCITY_DIM, 0.1 * index, dtype=np.float32),
+            schema.VELOCITY: np.full(len(schema.SIM_VELOCITY_NAMES), 0.1 * index, dtype=np.float32),
             schema.ACTION: fake_action(np.array([0.4, 0.0, 0.1 * index]), gripper_open=True),
             schema.INSTRUCTION: f"grasp ball {index}",
             schema.PREVIOUS_INSTRUCTION: "",
@@ -38,14 +39,14 @@ def frames(count: int, task: str = "lift the red ball") -> list[dict[str, object
 
 def test_what_is_written_is_read(tmp_path: Path) -> None:
     episodes = [frames(3), frames(5, "drop it")]
-    with ImageDatasetWriter("local/x", tmp_path / "x", 10, schema.keystep_features(32, 32), "panda") as writer:
+    with ImageDatasetWriter("local/x", tmp_path / "x", 10, sim_features(32, "image"), "panda") as writer:
         for episode in episodes:
             writer.add_episode(episode)
     dataset = LeRobotDataset("local/x", root=tmp_path / "x")
     assert (len(dataset), dataset.num_episodes, dataset.meta.robot_type) == (8, 2, "panda")
     for index, frame in enumerate([*episodes[0], *episodes[1]]):
         item = dataset[index]
-        for key in schema.keystep_features(32, 32):
+        for key in sim_features(32, "image"):
             if isinstance(frame[key], str):
                 assert item[key] == frame[key]
             elif key.endswith("_depth"):
@@ -59,7 +60,7 @@ def test_what_is_written_is_read(tmp_path: Path) -> None:
 
 
 def test_statistics_are_in_lerobots_units(tmp_path: Path) -> None:
-    with ImageDatasetWriter("local/x", tmp_path / "x", 10, schema.keystep_features(32, 32)) as writer:
+    with ImageDatasetWriter("local/x", tmp_path / "x", 10, sim_features(32, "image")) as writer:
         writer.add_episode(frames(4))
     stats = LeRobotDataset("local/x", root=tmp_path / "x").meta.stats
     assert stats is not None
@@ -70,7 +71,7 @@ def test_statistics_are_in_lerobots_units(tmp_path: Path) -> None:
 
 
 def test_a_frame_that_does_not_fit_and_an_empty_episode_are_refused(tmp_path: Path) -> None:
-    with ImageDatasetWriter("local/x", tmp_path / "x", 10, schema.keystep_features(32, 32)) as writer:
+    with ImageDatasetWriter("local/x", tmp_path / "x", 10, sim_features(32, "image")) as writer:
         with pytest.raises(ValueError, match="got none"):
             writer.add_episode([])
         bad = frames(1)
@@ -83,4 +84,4 @@ def test_a_frame_that_does_not_fit_and_an_empty_episode_are_refused(tmp_path: Pa
 
 def test_an_existing_folder_is_refused(tmp_path: Path) -> None:
     with pytest.raises(FileExistsError):
-        ImageDatasetWriter("local/x", tmp_path, 10, schema.keystep_features(32, 32))
+        ImageDatasetWriter("local/x", tmp_path, 10, sim_features(32, "image"))

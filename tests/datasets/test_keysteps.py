@@ -18,13 +18,19 @@ def test_keysteps_of_demonstrations_are_their_frames(collected: Targets, tmp_pat
     keysteps = LeRobotDataset("local/keysteps", root=tmp_path / "keysteps")
     assert len(keysteps) == count < len(source)
     assert keysteps.num_episodes == source.num_episodes
-    shown = set(schema.keystep_features())
+    shown = set(schema.dataset_features())
     assert shown <= set(keysteps.features)
     # The first sample of each episode is its first frame.
     for episode in range(source.num_episodes):
         sample = keysteps[int(keysteps.meta.episodes[episode]["dataset_from_index"])]
         frame = source[int(source.meta.episodes[episode]["dataset_from_index"])]
-        for key in (schema.STATE, schema.ACTION, schema.INTRINSICS, schema.EXTRINSICS, schema.EPISODE_SEED):
+        for key in (
+            schema.STATE,
+            schema.ACTION,
+            schema.intrinsics_key("wrist"),
+            schema.extrinsics_key("wrist"),
+            schema.EPISODE_SEED,
+        ):
             np.testing.assert_array_equal(sample[key], frame[key])
         for key in (schema.INSTRUCTION, schema.PREVIOUS_INSTRUCTION, schema.TASK):
             assert sample[key] == frame[key]
@@ -44,7 +50,7 @@ def test_weighed_keysteps_say_what_they_count(collected: Targets, tmp_path: Path
 
 
 def test_demonstrations_without_keyframes_are_refused(tmp_path: Path) -> None:
-    features = {schema.STATE: {"dtype": "float32", "shape": (schema.STATE_DIM,), "names": None}}
+    features = {schema.STATE: {"dtype": "float32", "shape": (len(schema.SIM_STATE_NAMES),), "names": None}}
     plain = LeRobotDataset.create("local/plain", 10, features, root=tmp_path / "plain", use_videos=False)
     with pytest.raises(ValueError, match="annotate it"):
         convert(plain, tmp_path / "keysteps", "local/keysteps")

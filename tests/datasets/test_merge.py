@@ -15,7 +15,7 @@ from lerobot_llakey.datasets.plan import Targets
 
 FEATURES = {
     schema.STATE: {"dtype": "float32", "shape": (2,), "names": None},
-    schema.INTRINSICS: {"dtype": "float32", "shape": (1, 3, 3), "names": None},
+    schema.intrinsics_key("front"): schema.vector(schema.INTRINSICS_NAMES),
     schema.image_key("front"): {"dtype": "image", "shape": (8, 8, 3), "names": ["height", "width", "channels"]},
 }
 
@@ -29,7 +29,7 @@ def dataset(root: Path, tasks: list[str], seed: int) -> Path:
                 [
                     {
                         schema.STATE: rng.normal(size=2).astype(np.float32),
-                        schema.INTRINSICS: rng.normal(size=(1, 3, 3)).astype(np.float32),
+                        schema.intrinsics_key("front"): rng.normal(size=4).astype(np.float32),
                         schema.image_key("front"): rng.integers(0, 256, (8, 8, 3), dtype=np.uint8),
                         schema.TASK: task,
                     }
@@ -73,16 +73,16 @@ def test_a_merged_dataset_can_be_merged_again(tmp_path: Path) -> None:
     same(LeRobotDataset("l/x", root=tmp_path / "at once"), LeRobotDataset("l/y", root=tmp_path / "in turn"))
 
 
-def test_videos_and_language_survive_lerobots_own_merging(collected: Targets, tmp_path: Path) -> None:
+def test_videos_and_texts_survive_lerobots_own_merging(collected: Targets, tmp_path: Path) -> None:
     assert collected.demonstrations is not None
     merge([collected.demonstrations] * 2, tmp_path / "twice", "local/twice")
     once = LeRobotDataset("local/once", root=collected.demonstrations)
     twice = LeRobotDataset("local/twice", root=tmp_path / "twice")
     assert twice.num_episodes == 2 * once.num_episodes
     item, original = twice[len(once) + 20], once[20]
-    for key in (schema.image_key("wrist"), schema.depth_key("front"), schema.EXTRINSICS):
+    for key in (schema.image_key("wrist"), schema.depth_key("front"), schema.extrinsics_key("wrist")):
         assert torch.equal(item[key], original[key])
-    assert item["language_persistent"] == original["language_persistent"]
+    assert item[schema.INSTRUCTION] == original[schema.INSTRUCTION]
 
 
 def test_other_features_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -27,7 +27,7 @@ def test_columns_are_added_and_replaced(tmp_path: Path) -> None:
     assert [after[i]["note"].item() for i in range(len(after))] == [float(i) for i in range(len(rows))]
     for old, new in zip(rows, (after[i] for i in range(len(after))), strict=True):
         assert new[schema.INSTRUCTION] == "raise the robotic arm"
-        for key in (schema.image_key("front"), schema.EXTRINSICS, schema.ACTION):
+        for key in (schema.image_key("front"), schema.extrinsics_key("front"), schema.ACTION):
             assert torch.equal(old[key], new[key])
     assert not list((tmp_path / "data").rglob("*.tmp"))
 

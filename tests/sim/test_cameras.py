@@ -1,5 +1,6 @@
 """Pictures, depth and calibration belong together."""
 
+from dataclasses import replace
 from typing import Any
 
 import cv2
@@ -9,7 +10,7 @@ import pytest
 import torch
 
 from lerobot_llakey import schema
-from lerobot_llakey.geometry import unproject
+from lerobot_llakey.geometry import intrinsics_to_matrix, pose_to_matrix, unproject
 from lerobot_llakey.sim.cameras import CameraRig
 from lerobot_llakey.sim.world import World
 
@@ -21,7 +22,8 @@ def test_depth_lifts_to_the_table_top(drawer_world: World) -> None:
     for camera, picture in pictures.items():
         assert picture.rgb.shape == (64, 64, 3) and picture.rgb.dtype == np.uint8
         depth = torch.from_numpy(picture.depth / 1000)
-        points = unproject(depth, torch.from_numpy(picture.intrinsics), torch.from_numpy(picture.extrinsics))
+        intrinsics = intrinsics_to_matrix(torch.from_numpy(picture.intrinsics))
+        points = unproject(depth, intrinsics, torch.from_numpy(pose_to_matrix(picture.pose)))
         heights = points.reshape(-1, 3)[:, 2].numpy()
         share = np.mean(np.abs(heights) < 4e-3)
         assert share > 0.15, f"{camera} sees the table top at z = 0 in {share:.0%} of its pixels"
@@ -30,10 +32,20 @@ def test_depth_lifts_to_the_table_top(drawer_world: World) -> None:
 def test_front_camera_sees_the_hand_where_it_is(drawer_world: World) -> None:
     drawer_world.reset(0)
     picture = CameraRig(drawer_world.model, 64).render(drawer_world.data, "left_shoulder")
-    local = np.linalg.inv(picture.extrinsics) @ np.append(drawer_world.site("top_handle").position, 1)
-    pixel = picture.intrinsics @ local[:3]
-    u, v = (pixel[:2] / pixel[2]).astype(int)
+    local = np.linalg.inv(pose_to_matrix(picture.pose)) @ np.append(drawer_world.site("top_handle").position, 1)
+    u, v = (picture.intrinsics[:2] * local[:2] / local[2] + picture.intrinsics[2:]).astype(int)
     assert abs(picture.depth[v, u] / 1000 - local[2]) < 0.05
+
+
+def test_the_sign_of_a_pose_is_nearest_to_the_picture_before(drawer_world: World) -> None:
+    drawer_world.reset(0)
+    rig = CameraRig(drawer_world.model, 16)
+    first = rig.render_all(drawer_world.data)
+    flipped = {camera: replace(picture, pose=-picture.pose) for camera, picture in first.items()}
+    for camera, picture in rig.render_all(drawer_world.data, flipped).items():
+        np.testing.assert_array_equal(picture.pose[3:], -first[camera].pose[3:])
+        np.testing.assert_array_equal(picture.pose[:3], first[camera].pose[:3])
+    rig.close()
 
 
 def test_people_see_a_larger_picture(drawer_world: World) -> None:

@@ -11,12 +11,15 @@ from lerobot.envs.utils import NEW_ROLLOUT_OPTION, preprocess_observation
 
 from lerobot_llakey import schema
 from lerobot_llakey.errors import LlakeyError
+from lerobot_llakey.geometry import canonical_quaternion
 from lerobot_llakey.sim.configuration_llakey_sim import LlakeySimConfig
 from lerobot_llakey.sim.env import LlakeySimEnv
+from lerobot_llakey.sim.text_codes import decode_text
 
 
 def _expert_action(env: LlakeySimEnv) -> np.ndarray:
-    waypoint = env.world.task.plan(env.world)[0]
+    waypoint = env.expert_waypoint()
+    assert waypoint is not None
     flags = (waypoint.gripper_open, waypoint.ignore_collision)
     return np.array((*waypoint.pose.position, *waypoint.pose.quaternion, *flags), dtype=np.float32)
 
@@ -31,7 +34,7 @@ def test_experts_actions_solve_an_episode(env: LlakeySimEnv) -> None:
     assert env.observation_space.contains(observation) and not info["is_success"]
     waypoint = env.expert_waypoint()
     assert waypoint is not None
-    assert schema.decode_text(observation["oracle_instruction"]) == env.oracle_instruction() == waypoint.instruction
+    assert decode_text(observation["oracle_instruction"]) == env.oracle_instruction() == waypoint.instruction
     for taken in range(10):
         assert observation["step"] == taken
         observation, reward, terminated, truncated, info = env.step(_expert_action(env))
@@ -50,6 +53,20 @@ def test_the_last_pictures_are_those_of_the_observation(env: LlakeySimEnv) -> No
         assert np.array_equal(picture.depth[None], observation[f"images.{camera}_depth"])
 
 
+def test_quaternions_keep_their_sign_where_w_passes_zero(env: LlakeySimEnv) -> None:
+    states = [env.reset(seed=0)[0]["agent_pos"]]
+    for tilt in (0.15, -0.15, 0.15):
+        action = np.array(_STAY)
+        action[schema.QUATERNION] = canonical_quaternion(np.array((1.0, 0.0, 0.0, tilt)))
+        observation, *_, info = env.step(action)
+        assert info["moved"]
+        states.append(observation["agent_pos"])
+        wrist = observation["camera_extrinsics.wrist"]
+        np.testing.assert_array_equal(wrist, env.pictures["wrist"].pose)
+    quaternions = np.stack(states)[:, schema.QUATERNION]
+    assert (quaternions[:, 0] > 0.9).all() and (np.sign(quaternions[1:, 3]) == (1, -1, 1)).all()
+
+
 def test_unreachable_is_a_step_without_motion(env: LlakeySimEnv) -> None:
     before, _ = env.reset(seed=1)
     far = np.array([1.9, 0, 0.4, 1, 0, 0, 0, 1, 0], dtype=np.float32)
@@ -63,7 +80,7 @@ def test_the_robot_stands_when_it_is_asked(env: LlakeySimEnv) -> None:
     env.reset(seed=0)
     observation, *_ = env.step(_expert_action(env))
     assert np.abs(observation["velocity"]).max() < 1e-2
-    assert preprocess_observation(dict(observation))[schema.VELOCITY].shape[-1] == schema.VELOCITY_DIM
+    assert preprocess_observation(dict(observation))[schema.VELOCITY].shape[-1] == len(schema.SIM_VELOCITY_NAMES)
 
 
 _STAY = (0.4, 0.0, 0.3, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0)
@@ -227,7 +244,8 @@ def test_vector_environments_show_the_same_pixels(env: LlakeySimEnv, asynchronou
                 assert np.array_equal(observation["pixels"][camera][row], alone["pixels"][camera])
         batch = preprocess_observation(observation)
         assert batch[schema.depth_key("wrist")].shape == (2, 1, 48, 48)
-        assert batch[schema.EXTRINSICS].shape == (2, 4, 4, 4)
+        assert batch[schema.intrinsics_key("wrist")].shape == (2, 4)
+        assert batch[schema.extrinsics_key("wrist")].shape == (2, 7)
         assert batch[schema.STATE].shape == (2, 15)
     finally:
         vector.close()

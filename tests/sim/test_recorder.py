@@ -24,7 +24,7 @@ def episode(drawer_world: World) -> Episode:
 
 def test_an_episode_holds_states_keyframes_and_an_instruction_a_segment(episode: Episode) -> None:
     assert episode.success and episode.keyframes_match and episode.usable
-    assert episode.states.shape == (len(episode), schema.STATE_DIM) and episode.states.dtype == np.float32
+    assert episode.states.shape == (len(episode), len(schema.SIM_STATE_NAMES)) and episode.states.dtype == np.float32
     assert len(episode.keyframes) == len(episode.waypoints) == 3
     assert episode.keyframes[-1] == len(episode) - 1
     labels = episode.labels()
@@ -34,11 +34,14 @@ def test_an_episode_holds_states_keyframes_and_an_instruction_a_segment(episode:
 
 
 def test_the_arm_moves_between_keyframes_and_stands_at_them(episode: Episode) -> None:
-    assert episode.velocities.shape == (len(episode), schema.VELOCITY_DIM) and episode.velocities.dtype == np.float32
-    fastest = np.abs(episode.velocities[:, schema.ARM_VELOCITY]).max(axis=1)
+    assert (
+        episode.velocities.shape == (len(episode), len(schema.SIM_VELOCITY_NAMES))
+        and episode.velocities.dtype == np.float32
+    )
+    fastest = np.abs(episode.velocities[:, :-1]).max(axis=1)
     assert fastest[[0, *episode.keyframes]].max() < 0.1
     for start, end in pairwise([0, *episode.keyframes]):
-        moved = np.abs(np.diff(episode.states[start : end + 1, schema.JOINTS], axis=0)).max()
+        moved = np.abs(np.diff(episode.states[start : end + 1, schema.HAND_DIM :], axis=0)).max()
         assert moved < 0.01 or fastest[start:end].max() > 0.1
 
 
@@ -70,7 +73,7 @@ def test_pictures_taken_afterwards_are_those_of_the_moment(drawer_world: World, 
         # The arm rests at the end, so the last frame shows the present to within a fraction of a millimetre.
         difference = np.abs(pictures[last][camera].rgb.astype(int) - now[camera].rgb)
         assert (difference > 8).mean() < 0.01
-        np.testing.assert_allclose(pictures[last][camera].extrinsics, now[camera].extrinsics, atol=1e-3)
+        np.testing.assert_allclose(pictures[last][camera].pose, now[camera].pose, atol=1e-3)
     first, final = pictures[0]["front"], pictures[last]["front"]
     assert (np.abs(first.rgb.astype(int) - final.rgb) > 8).mean() > 0.01
 
@@ -80,7 +83,7 @@ def test_columns_fit_the_contract(drawer_world: World, episode: Episode) -> None
     rig = CameraRig(drawer_world.model, SIZE)
     _, pictures = next(render_frames(drawer_world, rig, episode, [0]))
     rig.close()
-    features = schema.keystep_features(SIZE, SIZE)
+    features = schema.dataset_features(dict.fromkeys(schema.CAMERAS, (SIZE, SIZE)))
     columns = frame_columns(pictures) | episode.labels().row(0) | episode.origin()
     columns |= {schema.STATE: episode.states[0], schema.VELOCITY: episode.velocities[0]}
     assert set(columns) == set(features)
