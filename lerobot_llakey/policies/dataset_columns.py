@@ -27,4 +27,8 @@ def texts_of(column: pa.ChunkedArray) -> pa.DictionaryArray:
     """A column of texts, each distinct one held once."""
     if pa.types.is_list(column.type):
         column = pc.list_flatten(column)
-    return column.dictionary_encode().combine_chunks() if not pa.types.is_dictionary(column.type) else column.combine_chunks()
+    return (
+        column.dictionary_encode().combine_chunks()
+        if not pa.types.is_dictionary(column.type)
+        else column.combine_chunks()
+    )

@@ -69,6 +69,8 @@ class RobotConfig(KeyframePolicyConfig):
             dataset's keyframes, and is replaced by it when training starts.
     """
 
+    input_features: dict[str, PolicyFeature] | None = field(default_factory=dict)
+
     cameras: list[str] = field(default_factory=list)
     state_names: list[str] = field(default_factory=list)
     workspace: list[list[float]] | str = AUTO
@@ -87,7 +89,8 @@ class RobotConfig(KeyframePolicyConfig):
         require_texts("state_names", self.state_names)
         if isinstance(self.workspace, str) and self.workspace != AUTO:
             raise LlakeyError(
-                f"Expected workspace as three (low, high) pairs in metres or {AUTO!r}, got {self.workspace!r}; correct it."
+                f"Expected workspace as three (low, high) pairs in metres or {AUTO!r}, got {self.workspace!r}; correct "
+                "it."
             )
         if not isinstance(self.workspace, str):
             require_box("workspace", self.workspace, schema.FARTHEST)

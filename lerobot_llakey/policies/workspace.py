@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -43,7 +42,6 @@ def keyframe_box(dataset_meta: Any) -> list[list[float]]:
             "workspace='auto', got none on this disk; give policy.workspace as three (low, high) pairs in metres."
         )
     low, high = np.min(lows, axis=0) - MARGIN, np.max(highs, axis=0) + MARGIN
-    return [
-        [max(math.floor(first * _GRAIN) / _GRAIN, -schema.FARTHEST), min(math.ceil(last * _GRAIN) / _GRAIN, schema.FARTHEST)]
-        for first, last in zip(low.tolist(), high.tolist(), strict=True)
-    ]
+    box = np.stack((np.floor(low * _GRAIN), np.ceil(high * _GRAIN)), axis=1) / _GRAIN
+    bounds: list[list[float]] = box.clip(-schema.FARTHEST, schema.FARTHEST).tolist()
+    return bounds

@@ -22,7 +22,7 @@ KEY = schema.image_key("front")
 
 
 def states() -> Tensor:
-    rows = torch.zeros(3, schema.STATE_DIM)
+    rows = torch.zeros(3, schema.HAND_DIM)
     rows[:, :3], rows[:, 6], rows[:, 7] = 0.3, 1.0, 1.0
     return rows
 

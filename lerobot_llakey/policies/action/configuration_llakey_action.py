@@ -65,7 +65,6 @@ class LlakeyActionConfig(RobotConfig):
         muon: train the hidden matrices and kernels with Muon rather than with AdamW, see :mod:`muon`.
     """
 
-    input_features: dict[str, PolicyFeature] | None = field(default_factory=dict)
     normalization_mapping: dict[str, NormalizationMode] = field(
         default_factory=lambda: {kind.value: NormalizationMode.IDENTITY for kind in FeatureType}
     )

@@ -108,7 +108,6 @@ class LlakeyCommandConfig(PretrainedModelSettings, RobotConfig):
     words: list[str] = field(default_factory=list)
     instructions: list[str] = field(default_factory=list)
 
-    input_features: dict[str, PolicyFeature] | None = field(default_factory=dict)
     output_features: dict[str, PolicyFeature] | None = field(default_factory=dict)
     normalization_mapping: dict[str, NormalizationMode] = field(
         default_factory=lambda: dict.fromkeys(("VISUAL", "STATE", "ACTION"), NormalizationMode.IDENTITY)

@@ -97,8 +97,8 @@ class LlakeyPolicy(CheckedWeights, PublishedPolicy):
         names = config.action.state_names
         if names != (config.command.state_names or names):
             raise LlakeyError(
-                f"Expected parts trained on one robot's state, got {', '.join(config.command.state_names)} for the command "
-                f"part and {', '.join(names) or 'none'} for the action part; give parts of one dataset."
+                f"Expected parts trained on one robot's state, got {', '.join(config.command.state_names)} for the "
+                f"command part and {', '.join(names) or 'none'} for the action part; give parts of one dataset."
             )
         config.command.state_names = list(names)
         config.input_features = {schema.STATE: PolicyFeature(FeatureType.STATE, (len(config.action.state_names),))}

@@ -19,12 +19,12 @@ class Says(Commander):
     def __init__(self, *texts: str, again: str = "release the lid") -> None:
         self.texts, self.again = texts, again
 
-    def ask(self, batch, rows, previous, sample=False, seeds=()) -> list[Said]:
+    def ask(self, batch, rows, previous) -> list[Said]:
         return [Said(self.again if sample else self.texts[row], "policy", 0.5) for row in rows]
 
 
 def _batch(rows: int, x: float = 0.5) -> dict:
-    state = torch.zeros(rows, schema.STATE_DIM)
+    state = torch.zeros(rows, len(schema.SIM_STATE_NAMES))
     state[:, 0], state[:, 2], state[:, 3] = x, 0.4, 1.0
     return {schema.STATE: state, schema.TASK: [f"task {row}" for row in range(rows)]}
 

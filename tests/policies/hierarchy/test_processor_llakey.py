@@ -8,7 +8,13 @@ def test_observations_texts_and_actions_pass_unchanged(make_tiny, keysteps, trai
     config = make_tiny().config
     preprocessor, postprocessor = make_llakey_pre_post_processors(config, keysteps.meta.stats)
     result = preprocessor(dict(training_batch))
-    for key in (schema.STATE, schema.ACTION, schema.INTRINSICS, schema.EXTRINSICS, schema.depth_key("wrist")):
+    for key in (
+        schema.STATE,
+        schema.ACTION,
+        schema.intrinsics_key("front"),
+        schema.extrinsics_key("wrist"),
+        schema.depth_key("wrist"),
+    ):
         assert torch.equal(result[key], training_batch[key])
     for key in (schema.INSTRUCTION, schema.PREVIOUS_INSTRUCTION, schema.TASK):
         assert list(result[key]) == list(training_batch[key])

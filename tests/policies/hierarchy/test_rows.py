@@ -21,7 +21,7 @@ EPISODES, STEPS = 8, 5
 @pytest.fixture(scope="module")
 def shipped() -> LlakeyPolicy:
     """The shipped policy, quick to despair: without a pause it repeats itself, stalls and moves at random."""
-    settings = ["--device=cpu", "--repeat_threshold=0", "--random_move_probability=0.6", "--ask_again=true"]
+    settings = ["--device=cpu", "--repeat_threshold=0", "--random_move_probability=0.6"]
     settings += ["--command.dtype=float32", "--action.dtype=float32"]  # in bfloat16 the last digits are tenths of a mm
     config = PreTrainedConfig.from_pretrained(CHECKPOINT, cli_overrides=settings)
     return LlakeyPolicy.from_pretrained(CHECKPOINT, config=config)

@@ -131,8 +131,8 @@ def fuse_views(batch: Mapping[str, Any], cameras: Sequence[str], workspace: Tens
         row = int(empty.nonzero()[0])
         raise LlakeyError(
             f"Expected points inside the workspace {workspace.tolist()} (metres), got a cloud with none from "
-            f"{', '.join(map(schema.depth_key, cameras))} in batch row {row}; check the depth's unit (millimetres), the "
-            "cameras' poses and the workspace."
+            f"{', '.join(map(schema.depth_key, cameras))} in batch row {row}; check the depth's unit (millimetres), "
+            "the cameras' poses and the workspace."
         )
     return cloud
 

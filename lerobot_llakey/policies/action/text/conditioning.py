@@ -49,6 +49,6 @@ def _instructions(batch: Mapping[str, Any], config: LlakeyActionConfig, rows: in
     if config.instruction_source == "oracle" and schema.ORACLE_INSTRUCTION in batch:
         return text_column(batch, schema.ORACLE_INSTRUCTION, rows)
     raise LlakeyError(
-        f"Expected {schema.INSTRUCTION!r} in the batch, got {', '.join(sorted(batch))}; give an instruction a row, act in "
-        "an environment with --env.oracle_instructions=true, train with condition_on=task, or compose a hierarchy."
+        f"Expected {schema.INSTRUCTION!r} in the batch, got {', '.join(sorted(batch))}; give an instruction a row, act "
+        "in an environment with --env.oracle_instructions=true, compose a hierarchy, or train with condition_on=task."
     )

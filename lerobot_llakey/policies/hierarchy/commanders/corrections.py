@@ -160,4 +160,3 @@ class Corrections(Commander):
                 if correction.hold == "once" or correction.steps >= self.max_steps:
                     del self._corrections[step.row]
             self.inner.sent(steps)
-

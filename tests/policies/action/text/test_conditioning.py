@@ -13,9 +13,9 @@ def test_the_instruction_comes_before_the_oracle_and_the_oracle_before_the_task(
     batch, _, _ = observation(rows=2)
     codes = [torch.from_numpy(schema.encode_text(text)) for text in ("raise the robotic arm", "grasp the lid")]
     batch |= {schema.TASK: ["a", "b"], schema.ORACLE_INSTRUCTION: torch.stack(codes), schema.INSTRUCTION: ["c", "d"]}
-    assert read_texts(batch, small_config()) == [["c", "d"]]
+    assert read_texts(batch, small_config(), ROWS) == [["c", "d"]]
     del batch[schema.INSTRUCTION]
-    assert read_texts(batch, small_config()) == [["raise the robotic arm", "grasp the lid"]]
+    assert read_texts(batch, small_config(), ROWS) == [["raise the robotic arm", "grasp the lid"]]
     assert read_texts(batch, small_config(instruction_source="instruction")) == [["a", "b"]]
 
 
@@ -40,4 +40,4 @@ def test_an_empty_instruction_is_named_with_its_row() -> None:
     batch, _, _ = observation(rows=2)
     batch[schema.INSTRUCTION][1] = " "
     with pytest.raises(ValueError, match=r"words in observation\.instruction, got an empty text in batch row 1"):
-        read_texts(batch, small_config())
+        read_texts(batch, small_config(), ROWS)

@@ -7,7 +7,6 @@ import torch
 
 from lerobot_llakey import schema
 from lerobot_llakey.policies.command.decoding.branches import decode_by_branches
-from lerobot_llakey.policies.command.decoding.choice import GREEDY, Choice
 from lerobot_llakey.policies.command.decoding.decode import decode_answers
 from lerobot_llakey.policies.command.decoding.steps import decode_by_steps
 from lerobot_llakey.policies.command.decoding.trie import Trie
@@ -67,8 +66,8 @@ def test_greedy_answers_and_likelihoods_are_those_of_the_whole_model(policy, inp
 def test_both_ways_of_decoding_agree(policy, inputs, known):
     trie = policy._trie if known else None
     ids = policy.encoder.stop_id, policy.encoder.pad_id
-    fast = decode_by_branches(policy.model, inputs, trie, GREEDY, *ids, 9)
-    slow = decode_by_steps(policy.model, inputs, trie, GREEDY, *ids, 9)
+    fast = decode_by_branches(policy.model, inputs, trie, *ids, 9)
+    slow = decode_by_steps(policy.model, inputs, trie, *ids, 9)
     for (fast_ids, fast_log), (slow_ids, slow_log) in zip(fast, slow, strict=True):
         assert policy.encoder.decode(fast_ids) == policy.encoder.decode(slow_ids)
         assert fast_log == pytest.approx(slow_log, abs=1e-3)

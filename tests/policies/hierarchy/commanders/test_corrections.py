@@ -18,7 +18,7 @@ class Parrot(Commander):
         self.asked: list[tuple[Any, ...]] = []
         self.told: list[Any] = []
 
-    def ask(self, batch, rows, previous, sample=False, seeds=()) -> list[Said]:
+    def ask(self, batch, rows, previous) -> list[Said]:
         self.asked.append((list(rows), list(previous), sample, list(seeds)))
         return [Said(f"{row}: {batch[schema.TASK][row]}", "policy", 0.5) for row in rows]
 
@@ -27,7 +27,7 @@ class Parrot(Commander):
 
 
 def _batch(x: Sequence[float] = (0.0, 0.0, 0.0)) -> dict[str, Any]:
-    state = torch.zeros(len(x), schema.STATE_DIM)
+    state = torch.zeros(len(x), schema.HAND_DIM)
     state[:, 0] = torch.tensor(x)
     state[:, 6] = 1.0
     return {schema.STATE: state, schema.TASK: ["open", "close", "lift"][: len(x)]}
@@ -51,7 +51,7 @@ def test_is_silent_until_someone_speaks_and_then_for_that_row_alone() -> None:
     corrections = Corrections(inner := Parrot())
     assert _texts(corrections, _batch()) == ["0: open", "1: close", "2: lift"]
     assert corrections.say(1, "Grab the lid.") == corrections.held(1) == "grasp the lid"
-    said = corrections.ask(_batch(), [2, 1, 0], ["x", "y", "z"], sample=True, seeds=[7, 8, 9])
+    said = corrections.ask(_batch(), [2, 1, 0], ["x", "y", "z"])
     assert said[1] == Said("grasp the lid", "person")
     assert [one.text for one in said] == ["2: lift", "grasp the lid", "0: open"]
     assert inner.asked[-1] == ([2, 0], ["x", "z"], True, [7, 9])
