@@ -49,7 +49,7 @@ def test_every_step_is_on_record() -> None:
         "policy",
         0.5,
     )
-    assert (first.index, first.row, first.task, first.unparsable, first.asked_again) == (0, 0, "task 0", False, 0)
+    assert (first.index, first.row, first.task, first.unparsable) == (0, 0, "task 0", False)
     assert [step.moved for step in (first, second, third)] == [None, False, True]
     assert [step.random_move for step in (first, second, third)] == [False, True, True]
     assert [step.repeats for step in (first, second, third)] == [0, 1, 1]
@@ -69,17 +69,6 @@ def test_the_record_can_be_written_to_a_folder(tmp_path: Path) -> None:
     lines = [json.loads(line) for file in sorted(tmp_path.iterdir()) for line in file.read_text().splitlines()]
     assert sorted((line["row"], line["index"]) for line in lines) == [(0, 0), (0, 1), (1, 0), (1, 1)]
     assert {line["instruction"] for line in lines} == {"grasp the lid", "release the lid"}
-
-
-@pytest.mark.parametrize("on", [False, True])
-def test_asks_again_where_that_is_set(on: bool) -> None:
-    loop, commander = _loop(ask_again=on), Says("grasp the lid", "gibberish")
-    for _ in range(2):
-        _step(loop, commander, _batch(2))
-    said = [[step.instruction for step in row] for row in loop.log.steps]
-    assert said[0] == ["grasp the lid", "release the lid" if on else "grasp the lid"]
-    assert [step.asked_again for step in loop.log.steps[0]] == [0, int(on)]
-    assert [step.unparsable for step in loop.log.steps[1]] == [not on] * 2
 
 
 def test_a_persons_words_go_through_the_loop() -> None:

@@ -32,13 +32,6 @@ def test_the_pose_tells_place_and_angles() -> None:
     assert torch.allclose(hand.vector, expected)
 
 
-def test_the_position_tells_no_angles() -> None:
-    batch, _, _ = observation(rows=2)
-    hand = read_proprioception(batch, small_config(proprioception="position"), len(batch[schema.STATE]))
-    assert torch.equal(hand.place, batch[schema.STATE][:, :3])
-    assert torch.equal(hand.vector, batch[schema.STATE][:, 7:8]) and (hand.angles == 0).all()
-
-
 def test_the_gripper_alone_tells_no_place() -> None:
     batch, _, _ = observation(rows=2)
     batch[schema.STATE][1, schema.GRIPPER] = 0.25
