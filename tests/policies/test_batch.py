@@ -77,10 +77,9 @@ def test_what_is_no_pose_is_refused_with_key_and_row(column: int, value: float, 
         check_poses(schema.STATE, rows)
 
 
-def test_poses_may_be_rounded_and_joints_unknown() -> None:
+def test_poses_may_be_rounded() -> None:
     rows = states()
     rows[:, 3:7] = torch.tensor([0.7, 0.7, 0.0, 0.14])
-    rows[:, schema.JOINTS] = math.nan
     check_poses(schema.STATE, rows)
 
 

@@ -7,6 +7,7 @@ import pytest
 import torch
 
 from lerobot_llakey import schema
+from lerobot_llakey.policies.action.configuration_llakey_action import LlakeyActionConfig
 from lerobot_llakey.policies.hierarchy.commanders.commander import Commander, Said
 from lerobot_llakey.policies.hierarchy.commanders.corrections import Corrections
 from lerobot_llakey.policies.hierarchy.configuration_llakey import LlakeyConfig
@@ -14,13 +15,13 @@ from lerobot_llakey.policies.hierarchy.loop import Loop
 
 
 class Says(Commander):
-    """Says the same for ever, and something else when it is asked again."""
+    """Says the same for ever."""
 
-    def __init__(self, *texts: str, again: str = "release the lid") -> None:
-        self.texts, self.again = texts, again
+    def __init__(self, *texts: str) -> None:
+        self.texts = texts
 
     def ask(self, batch, rows, previous) -> list[Said]:
-        return [Said(self.again if sample else self.texts[row], "policy", 0.5) for row in rows]
+        return [Said(self.texts[row], "policy", 0.5) for row in rows]
 
 
 def _batch(rows: int, x: float = 0.5) -> dict:
@@ -30,7 +31,8 @@ def _batch(rows: int, x: float = 0.5) -> dict:
 
 
 def _loop(**settings) -> Loop:
-    return Loop(LlakeyConfig(device="cpu", **settings))
+    robot = {"state_names": list(schema.SIM_STATE_NAMES), "workspace": [list(bounds) for bounds in schema.WORKSPACE]}
+    return Loop(LlakeyConfig(action=LlakeyActionConfig(device="cpu", **robot), device="cpu", **settings))
 
 
 def _step(loop: Loop, commander: Commander, batch: dict) -> np.ndarray:

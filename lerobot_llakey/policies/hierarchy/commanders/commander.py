@@ -33,8 +33,8 @@ class Commander(ABC):
     """Says the next instruction of each row.
 
     The hierarchical policy calls :meth:`reset` before an episode, and at each step :meth:`observe`, :meth:`ask` and
-    then :meth:`sent`. Asking changes nothing: the same question has the same answer until the step was sent, so that a page
-    may show what is proposed before it is acted on.
+    then :meth:`sent`. Asking changes nothing: the same question has the same answer until the step was sent, so that a
+    page may show what is proposed before it is acted on.
     """
 
     def reset(self) -> None:

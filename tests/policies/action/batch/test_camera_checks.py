@@ -66,14 +66,3 @@ def test_depth_in_metres_is_refused_even_of_one_camera_and_with_a_far_pixel():
     depths[2, 1, 0, 0] = 41.0
     with pytest.raises(ValueError, match=r"millimetres in .*images\.left_depth, .*such as 0\.7\) in batch row 2"):
         measured(depths, CAMERAS)
-
-
-@pytest.mark.parametrize(
-    ("place", "value"),
-    [((2, 2), 0.5), ((2, 0), 0.3), ((0, 1), 5.0), ((0, 0), 1e9), ((1, 1), 0.1), ((2, 2), float("nan"))],
-)
-def test_intrinsics_of_no_pinhole_camera_are_refused(place, value):
-    intrinsics, extrinsics = calibration()
-    intrinsics[1, 2][place] = value
-    with pytest.raises(ValueError, match=r"camera_intrinsics.* camera right in batch row 1"):
-        check_calibration(intrinsics, extrinsics, CAMERAS, (32, 32))
