@@ -58,7 +58,8 @@ INTRINSICS_NAMES: tuple[str, ...] = ("fx", "fy", "cx", "cy")
 """A pinhole camera's focal lengths and principal point, in pixels of its recorded image."""
 SIM_STATE_NAMES: tuple[str, ...] = (*HAND_NAMES, *(f"joint_{i}" for i in range(1, 8)))
 """The simulator's state. Other robots have other further numbers, or none."""
-SIM_VELOCITY_NAMES: tuple[str, ...] = (*(f"joint_{i}_velocity" for i in range(1, 8)), "gripper_velocity")
+GRIPPER_VELOCITY = "gripper_velocity"
+SIM_VELOCITY_NAMES: tuple[str, ...] = (*(f"joint_{i}_velocity" for i in range(1, 8)), GRIPPER_VELOCITY)
 ACTION_NAMES: tuple[str, ...] = ("x", "y", "z", "qx", "qy", "qz", "qw", "gripper_open", "ignore_collision")
 HAND_DIM = len(HAND_NAMES)
 ACTION_DIM = len(ACTION_NAMES)

@@ -36,7 +36,9 @@ def observation(rows: int, seed: int = 0, image_size: int = 32) -> tuple[dict[st
 
 def small_config(**settings: Any) -> LlakeyActionConfig:
     """A network small enough for tests, for the features of a keysteps dataset at 32 pixels."""
-    features = dataset_to_policy_features(schema.keystep_features(32, 32))
+    features = dataset_to_policy_features(
+        schema.dataset_features(dict.fromkeys(schema.CAMERAS, (32, 32)), dtype="image")
+    )
     small = {
         "view_size": 64,
         "turn_blur": 0.0,
@@ -48,6 +50,9 @@ def small_config(**settings: Any) -> LlakeyActionConfig:
         "text_layers": 1,
         "device": "cpu",
         "dtype": "float32",
+        "cameras": list(schema.CAMERAS),
+        "state_names": list(schema.SIM_STATE_NAMES),
+        "workspace": [list(bounds) for bounds in schema.WORKSPACE],
     }
     return LlakeyActionConfig(
         input_features={key: value for key, value in features.items() if key != schema.ACTION},

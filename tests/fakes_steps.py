@@ -15,12 +15,11 @@ def a_step(row: int = 0, **changes: Any) -> Step:
         "instruction": "grasp the lid",
         "source": "policy",
         "likelihood": 0.9,
-        "asked_again": 0,
         "unparsable": False,
         "repeats": 0,
         "random_move": False,
         "moved": None,
-        "state": (0.0,) * 6 + (1.0,) + (0.0,) * 8,
+        "state": (0.0,) * 6 + (1.0, 0.0),
         "proposed": (0.0,) * 6 + (1.0, 0.0, 0.0),
         "sent": (0.0,) * 6 + (1.0, 0.0, 0.0),
     }

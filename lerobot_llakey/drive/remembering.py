@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
 from lerobot_llakey import schema
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.hierarchy.commanders.commander import Commander, Said
 from lerobot_llakey.policies.hierarchy.record import Step
 
-_Question = tuple[str, str, int | None]
+_Question = tuple[str, str]
 
 
 class Remembering(Commander):
@@ -35,28 +37,20 @@ class Remembering(Commander):
         self._answers.clear()
         self.inner.reset()
 
-    def ask(
-        self,
-        batch: Mapping[str, Any],
-        rows: Sequence[int],
-        previous: Sequence[str],
-        sample: bool = False,
-        seeds: Sequence[int] = (),
-    ) -> list[Said]:
+    def ask(self, batch: Mapping[str, Any], rows: Sequence[int], previous: Sequence[str]) -> list[Said]:
         if list(rows) != [0]:
             raise LlakeyError(
                 f"Expected a question about row 0 alone, got rows {list(rows)}; drive one scene at a time."
             )
         task = batch.get(schema.TASK, "")
-        question = (
-            task if isinstance(task, str) else str(task[0]),
-            previous[0],
-            seeds[0] if sample and seeds else None,
-        )
+        question = (task if isinstance(task, str) else str(task[0]), previous[0])
         if question not in self._answers:
-            self._answers[question] = self.inner.ask(batch, rows, previous, sample, seeds)[0]
+            self._answers[question] = self.inner.ask(batch, rows, previous)[0]
         self.heard.append(self._answers[question])
         return [self._answers[question]]
+
+    def observe(self, hands: np.ndarray) -> None:
+        self.inner.observe(hands)
 
     def with_tasks(self, batch: Mapping[str, Any]) -> Mapping[str, Any]:
         return self.inner.with_tasks(batch)

@@ -18,6 +18,7 @@ from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.evaluation.bench_policy import DTYPES, against
 from lerobot_llakey.evaluation.bench_turns import in_turns, precision
 from lerobot_llakey.evaluation.keyframe_accuracy import rotation_error
+from lerobot_llakey.evaluation.prepared import prepared
 from lerobot_llakey.evaluation.rollout import Agent
 from lerobot_llakey.policies.command.modeling_llakey_command import LlakeyCommandPolicy
 from lerobot_llakey.policies.hierarchy.modeling_llakey import LlakeyPolicy
@@ -107,7 +108,10 @@ def _rows(agent: Agent, dataset: LeRobotDataset, count: int) -> list[dict[str, A
     if not len(dataset):
         raise LlakeyError("Expected samples to decide on, got an empty dataset; raise --num_episodes.")
     every = max(1, len(dataset) // max(count, 1))
-    return [agent.preprocessor(lerobot_collate_fn([dataset[index]])) for index in range(0, len(dataset), every)[:count]]
+    return [
+        prepared(lerobot_collate_fn([dataset[index]]), agent.preprocessor)
+        for index in range(0, len(dataset), every)[:count]
+    ]
 
 
 def _ways(agent: Agent) -> dict[str, Way]:

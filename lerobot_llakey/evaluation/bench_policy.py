@@ -14,6 +14,7 @@ from lerobot.utils.collate import lerobot_collate_fn
 from torch.utils.data import DataLoader
 
 from lerobot_llakey.evaluation.bench_turns import Timing, in_turns, precision
+from lerobot_llakey.evaluation.prepared import prepared
 from lerobot_llakey.policies.precision import resolve
 
 DTYPES = ("auto", "float32")
@@ -47,8 +48,8 @@ def bench_policy(
     policy = make_policy(config, ds_meta=dataset.meta)
     preprocessor, _ = make_pre_post_processors(config, dataset_stats=dataset.meta.stats)
     loader = DataLoader(dataset, batch_size, shuffle=True, drop_last=True, collate_fn=lerobot_collate_fn)
-    batch = preprocessor(next(iter(loader)))
-    alone = preprocessor(lerobot_collate_fn([dataset[0]]))
+    batch = prepared(next(iter(loader)), preprocessor)
+    alone = prepared(lerobot_collate_fn([dataset[0]]), preprocessor)
     optimizer = config.get_optimizer_preset().build(policy.get_optim_params())
 
     def train(dtype: str, _: int) -> None:

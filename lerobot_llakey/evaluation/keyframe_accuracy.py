@@ -14,6 +14,7 @@ from torch.utils.data import DataLoader, Dataset, Subset
 
 from lerobot_llakey import geometry, schema
 from lerobot_llakey.errors import LlakeyError
+from lerobot_llakey.evaluation.prepared import Preprocessor, prepared
 
 POSITION_LIMITS = (0.01, 0.02)
 """Metres."""
@@ -44,7 +45,7 @@ def sample_errors(action: Tensor, target: Tensor) -> dict[str, Tensor]:
 def keyframe_accuracy(
     policy: PreTrainedPolicy,
     dataset: Dataset[Any],
-    preprocessor: Callable[[dict[str, Any]], dict[str, Any]] | None = None,
+    preprocessor: Preprocessor | None = None,
     postprocessor: Callable[[Tensor], Tensor] | None = None,
     num_samples: int = 0,
     batch_size: int = 16,
@@ -79,7 +80,7 @@ def keyframe_accuracy(
         verbs = _verbs(batch)
         target = batch[schema.ACTION]
         policy.reset()
-        action = policy.select_action(preprocessor(batch) if preprocessor else batch)
+        action = policy.select_action(prepared(batch, preprocessor))
         errors = sample_errors(postprocessor(action) if postprocessor else action, target)
         for row, verb in enumerate(verbs):
             for group in ("all", verb):

@@ -15,6 +15,7 @@ from torch.utils.data import Dataset
 from lerobot_llakey import schema
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.evaluation.keyframe_accuracy import rotation_error
+from lerobot_llakey.evaluation.prepared import Preprocessor, prepared
 from lerobot_llakey.policies.action.batch.point_cloud import fuse_views
 from lerobot_llakey.policies.action.modeling_llakey_action import LlakeyActionPolicy
 from lerobot_llakey.policies.action.stage import Stage
@@ -91,7 +92,7 @@ def look(
     policy: nn.Module,
     dataset: Dataset[Any],
     index: int,
-    preprocessor: Callable[[dict[str, Any]], dict[str, Any]] | None = None,
+    preprocessor: Preprocessor | None = None,
 ) -> Look:
     """Let an action policy decide on a recorded frame, and keep what its stages saw.
 
@@ -118,7 +119,7 @@ def look(
     batch: dict[str, Any] = lerobot_collate_fn([dataset[index]])
     words = {key: str(batch[key][0]) if key in batch else "" for key in (schema.TASK, schema.INSTRUCTION)}
     true = batch[schema.ACTION][0].float().cpu()
-    batch = preprocessor(batch) if preprocessor else batch
+    batch = prepared(batch, preprocessor)
     config, command = action_policy.config, getattr(policy, "command", None)
     with torch.no_grad(), _watched(action_policy) as stages:
         predicted = action_policy.select_action(batch)[0].float().cpu()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import cv2
 import numpy as np
 from torch import Tensor
@@ -15,6 +17,8 @@ PREDICTED, TRUE = (255, 150, 30), (60, 220, 90)
 """RGB of what the policy decided and of what was recorded, on the page and in rerun."""
 _TILE, _PANEL = 240, 420
 """Height in pixels of pictures and of the 3D panels."""
+_WIDEST = 1200
+"""Pixels of a row of cameras."""
 _LINE, _FONT, _WHITE = 28, cv2.FONT_HERSHEY_SIMPLEX, (235, 235, 235)
 _NEAR = 0.35
 """Metres along the height of the 3D panel that shows the poses from near."""
@@ -24,10 +28,10 @@ def page(look: Look) -> np.ndarray:
     """Draw the page.
 
     Returns:
-        (rows, columns, 3) uint8 RGB: the words, a row of cameras, a row of virtual views for each stage (as the
+        (rows, columns, 3) uint8 RGB: the words, rows of cameras, a row of virtual views for each stage (as the
         network sees them, only upright), and the cloud with both hands, whole and from near.
     """
-    rows = [np.concatenate([_camera(name, image) for name, image in look.cameras.items()], axis=1)]
+    rows = _rows([_camera(name, image) for name, image in look.cameras.items()])
     rows += [_stage(stage, look) for stage in look.stages]
     width = max(row.shape[1] for row in rows)
     rows += [_panels(look, width)]
@@ -61,7 +65,18 @@ def heat_over(image: np.ndarray, heat: np.ndarray) -> np.ndarray:
 
 def _camera(name: str, image: Tensor) -> np.ndarray:
     pixels = (image.clamp(0, 1) * 255).byte().numpy()
-    return _titled(cv2.resize(pixels, (_TILE, _TILE), interpolation=cv2.INTER_NEAREST), name.replace("_", " "))
+    width = max(round(_TILE * pixels.shape[1] / pixels.shape[0]), 1)
+    return _titled(cv2.resize(pixels, (width, _TILE), interpolation=cv2.INTER_NEAREST), name.replace("_", " "))
+
+
+def _rows(tiles: Sequence[np.ndarray]) -> list[np.ndarray]:
+    """Tiles of one height side by side, in a new row where one would get too wide."""
+    rows: list[list[np.ndarray]] = [[]]
+    for tile in tiles:
+        if rows[-1] and sum(other.shape[1] for other in rows[-1]) + tile.shape[1] > _WIDEST:
+            rows.append([])
+        rows[-1].append(tile)
+    return [np.concatenate(row, axis=1) for row in rows]
 
 
 def _stage(stage: StageLook, look: Look) -> np.ndarray:

@@ -13,6 +13,7 @@ from torch import Tensor
 
 from lerobot_llakey import schema
 from lerobot_llakey.errors import LlakeyError
+from lerobot_llakey.hand import read_hand
 from lerobot_llakey.schema import FARTHEST, UNIT_TOLERANCE
 
 OPENING = (-0.1, 1.1)
@@ -80,11 +81,29 @@ def read_images(batch: Mapping[str, Any], keys: Sequence[str]) -> list[Tensor]:
     return images
 
 
-def read_states(batch: Mapping[str, Any], rows: int | None = None) -> Tensor:
-    """The states (B, 15) of a batch; see :func:`read_numbers` and :func:`check_poses` for what is refused."""
-    states = read_numbers(batch, schema.STATE, (schema.STATE_DIM,), rows)
-    check_poses(schema.STATE, states)
-    return states
+def read_hands(batch: Mapping[str, Any], columns: Sequence[int], rows: int | None = None) -> Tensor:
+    """The hands (B, 8) in the states of a batch, with one sign of the two that a quaternion may have.
+
+    Args:
+        batch: what a loader or an environment gives.
+        columns: where the hand stands among the state's numbers, see :func:`hand.hand_columns`.
+        rows: B, where another key has told it.
+
+    Raises:
+        LlakeyError: see :func:`read_numbers` and :func:`check_poses`.
+    """
+    states = read_numbers(batch, schema.STATE, ("numbers",), rows)
+    if states.shape[1] <= max(columns):
+        raise LlakeyError(
+            f"Expected at least {max(columns) + 1} numbers in {schema.STATE}, got {states.shape[1]}; give those of "
+            "policy.state_names in their order."
+        )
+    hands = read_hand(states, columns)
+    check_poses(schema.STATE, hands)
+    quaternion = hands[:, schema.QUATERNION]
+    x, w = quaternion[:, :1], quaternion[:, 3:]
+    sign = torch.where(torch.where(w == 0, x, w) < 0, -1.0, 1.0)
+    return torch.cat((hands[:, schema.POSITION], quaternion * sign.to(hands), hands[:, schema.GRIPPER :]), dim=1)
 
 
 def read_actions(batch: Mapping[str, Any], rows: int | None = None) -> Tensor:
@@ -95,7 +114,7 @@ def read_actions(batch: Mapping[str, Any], rows: int | None = None) -> Tensor:
 
 
 def check_poses(key: str, rows: Tensor) -> None:
-    """Check the position, quaternion and gripper of states (B, 15) or actions (B, 9).
+    """Check the position, quaternion and gripper of hands (B, 8) or actions (B, 9).
 
     Raises:
         LlakeyError: naming the key and the batch row if a number is not finite, the position is out of any arm's reach,

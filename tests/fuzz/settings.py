@@ -70,7 +70,7 @@ def cases(folder: Path, rng: np.random.Generator) -> Iterator[Case]:
         "command": {
             "max_new_tokens": (0, -5),
             "instructions": (["pick up the block"], [7], ["grasp"]),
-            "views": ([], ["front", "front"]),
+            "cameras": (["front", "front"],),
             "image_size": (0, -8, 33),
             "dtype": ("float8",),
             "backend": ("telepathy",),
@@ -78,7 +78,6 @@ def cases(folder: Path, rng: np.random.Generator) -> Iterator[Case]:
         "hierarchy": {
             "commander": ("me",),
             "fallback_instruction": ("", "dance"),
-            "ask_again_temperature": (0.0,),
             "still_distance": (math.inf,),
             "random_move_probability": (1.5,),
         },

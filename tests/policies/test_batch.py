@@ -22,7 +22,7 @@ KEY = schema.image_key("front")
 
 
 def states() -> Tensor:
-    rows = torch.zeros(3, schema.STATE_DIM)
+    rows = torch.zeros(3, schema.HAND_DIM)
     rows[:, :3], rows[:, 6], rows[:, 7] = 0.3, 1.0, 1.0
     return rows
 
@@ -77,10 +77,9 @@ def test_what_is_no_pose_is_refused_with_key_and_row(column: int, value: float, 
         check_poses(schema.STATE, rows)
 
 
-def test_poses_may_be_rounded_and_joints_unknown() -> None:
+def test_poses_may_be_rounded() -> None:
     rows = states()
     rows[:, 3:7] = torch.tensor([0.7, 0.7, 0.0, 0.14])
-    rows[:, schema.JOINTS] = math.nan
     check_poses(schema.STATE, rows)
 
 

@@ -6,7 +6,6 @@ next one is to be named; *error correction* on the samples in between, where the
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -15,10 +14,11 @@ from lerobot.utils.collate import lerobot_collate_fn
 from torch.utils.data import DataLoader, Subset
 
 from lerobot_llakey import schema
-from lerobot_llakey.evaluation.abilities.samples import check_columns, samples, task_names
+from lerobot_llakey.evaluation.abilities.samples import check_columns, hand_places, joint_places, samples, task_names
 from lerobot_llakey.evaluation.abilities.score import Score, macro
 from lerobot_llakey.evaluation.abilities.situation import SITUATIONS, situations
 from lerobot_llakey.evaluation.abilities.way_left import WAYS_LEFT, ways_left
+from lerobot_llakey.evaluation.prepared import Preprocessor, prepared
 
 SEQUENTIAL_PREDICTION = "sequential_prediction"
 ERROR_CORRECTION = "error_correction"
@@ -95,7 +95,7 @@ class Measured:
 
 def measure(
     policy: Commander,
-    preprocessor: Callable[[dict[str, Any]], dict[str, Any]],
+    preprocessor: Preprocessor,
     dataset: LeRobotDataset,
     batch_size: int = 32,
     max_samples: int | None = None,
@@ -117,6 +117,7 @@ def measure(
     check_columns(dataset)
     chosen = samples(dataset, max_samples)
     names = task_names(dataset)
+    hand, joints = hand_places(dataset.features), joint_places(dataset.features)
     tasks = iter([names[index] for index in chosen])
     measured = Measured()
     loader = DataLoader(
@@ -126,8 +127,10 @@ def measure(
         expected = list(batch[schema.INSTRUCTION])
         events = batch.get(schema.EPISODE_EVENT, [""] * len(expected))
         at_keyframe = batch[schema.IS_KEYFRAME].reshape(-1).tolist()
-        answers = policy.next_instructions(preprocessor(batch))
-        counted = zip(at_keyframe, events, expected, answers, ways_left(batch), situations(batch), strict=True)
+        answers = policy.next_instructions(prepared(batch, preprocessor))
+        counted = zip(
+            at_keyframe, events, expected, answers, ways_left(batch, hand), situations(batch, joints), strict=True
+        )
         for keyframe, *told in counted:
             measured.add(SEQUENTIAL_PREDICTION if keyframe else ERROR_CORRECTION, next(tasks), *told)
     return measured

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from lerobot.datasets.lerobot_dataset import LeRobotDataset
 
 from lerobot_llakey import schema
+from lerobot_llakey.checks.metadata import names_of
 from lerobot_llakey.datasets.balance import Balance
 from lerobot_llakey.datasets.parts import RECORD, read_record
 from lerobot_llakey.errors import LlakeyError
+from lerobot_llakey.hand import hand_columns
 
 _ONCE = Balance(keyframe_repeats=1)
 """The paper's samples, each counted once."""
@@ -80,6 +83,17 @@ def task_names(dataset: LeRobotDataset) -> list[str]:
         if tasks and record["episodes"] == dataset.meta.total_episodes:
             return [tasks[int(episode) % len(tasks)] for episode in _column(dataset, "episode_index")]
     return texts
+
+
+def hand_places(features: Mapping[str, Any]) -> tuple[int, ...]:
+    """Where the hand stands in the state of a dataset with these features; nothing where it has no state."""
+    return hand_columns(names_of(features[schema.STATE])) if schema.STATE in features else ()
+
+
+def joint_places(features: Mapping[str, Any]) -> list[int]:
+    """Where the joints stand among the velocities of a dataset with these features."""
+    names = names_of(features[schema.VELOCITY]) if schema.VELOCITY in features else []
+    return [place for place, name in enumerate(names) if name != schema.GRIPPER_VELOCITY]
 
 
 def _column(dataset: LeRobotDataset, key: str) -> np.ndarray:

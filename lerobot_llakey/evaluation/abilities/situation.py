@@ -6,6 +6,7 @@ was told nothing yet.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from lerobot_llakey import schema
@@ -16,17 +17,23 @@ UNFINISHED, FINISHED = "standing, the same again", "standing, another one next"
 SITUATIONS = (START, MOVING, UNFINISHED, FINISHED)
 
 
-def situations(batch: dict[str, Any]) -> list[str]:
+def situations(batch: dict[str, Any], joints: Sequence[int]) -> list[str]:
     """For each frame of a batch one of :data:`SITUATIONS`.
 
     Args:
         batch: as a dataset gives it, in the data contract; without velocities or previous instructions nothing is known
             ("" each).
+        joints: places of the joints among the velocities; without any nothing is known either.
     """
     expected = list(batch[schema.INSTRUCTION])
-    if schema.VELOCITY not in batch or schema.PREVIOUS_INSTRUCTION not in batch:
+    if not joints or schema.VELOCITY not in batch or schema.PREVIOUS_INSTRUCTION not in batch:
         return [""] * len(expected)
-    rows = zip(moving(batch[schema.VELOCITY]).tolist(), batch[schema.PREVIOUS_INSTRUCTION], expected, strict=True)
+    rows = zip(
+        moving(batch[schema.VELOCITY][:, list(joints)]).tolist(),
+        batch[schema.PREVIOUS_INSTRUCTION],
+        expected,
+        strict=True,
+    )
     return [_situation(*row) for row in rows]
 
 

@@ -6,6 +6,7 @@ correction is worth shows where there is still a way to go.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import torch
@@ -17,14 +18,15 @@ _EDGES = (0.01, 0.05, 0.20)
 WAYS_LEFT = ("below 1 cm", "1 to 5 cm", "5 to 20 cm", "above 20 cm")
 
 
-def ways_left(batch: dict[str, Any]) -> list[str]:
+def ways_left(batch: dict[str, Any], hand: Sequence[int]) -> list[str]:
     """For each frame of a batch how far its hand is from the keyframe it moves to, as one of :data:`WAYS_LEFT`.
 
     Args:
         batch: as a dataset gives it, in the data contract; without state or action nothing is known ("" each).
+        hand: where the hand stands in the state, see :func:`hand.hand_columns`; without it nothing is known either.
     """
-    if schema.STATE not in batch or schema.ACTION not in batch:
+    if not hand or schema.STATE not in batch or schema.ACTION not in batch:
         return [""] * len(batch[schema.INSTRUCTION])
-    state, action = (batch[key][:, schema.POSITION].float() for key in (schema.STATE, schema.ACTION))
-    distances = torch.linalg.vector_norm(state - action, dim=1)
+    place = batch[schema.STATE][:, list(hand[:3])].float()
+    distances = torch.linalg.vector_norm(place - batch[schema.ACTION][:, schema.POSITION].float(), dim=1)
     return [WAYS_LEFT[index] for index in torch.bucketize(distances, torch.tensor(_EDGES), right=True).tolist()]

@@ -72,7 +72,7 @@ def load_row(row: Row, oracle: bool = False) -> Actor:
         agent = _joined([*arguments, "--commander=oracle"] if oracle else arguments)
     command = getattr(agent.policy, "command", None)
     if row.views and command is not None:
-        command.config.views = list(row.views)
+        command.config.cameras = list(row.views)
     return agent
 
 

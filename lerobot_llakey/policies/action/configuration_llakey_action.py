@@ -11,14 +11,14 @@ from lerobot.optim import AdamWConfig
 from lerobot_llakey import schema
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.action.limits import FRAMES, check_settings
-from lerobot_llakey.policies.keyframe_config import KeyframePolicyConfig
+from lerobot_llakey.policies.keyframe_config import RobotConfig
 from lerobot_llakey.policies.muon import MuonConfig
 from lerobot_llakey.saved.own import names_weights
 
 
 @PreTrainedConfig.register_subclass("llakey_action")
 @dataclass
-class LlakeyActionConfig(KeyframePolicyConfig):
+class LlakeyActionConfig(RobotConfig):
     """An RVT-like keyframe policy (LLaKey section III-D; RVT; RVT-2 for the zoomed second stage).
 
     ``configs/`` holds the settings of RVT and RVT-2 as published; the defaults are the shipped policy's.
@@ -26,9 +26,8 @@ class LlakeyActionConfig(KeyframePolicyConfig):
     Attributes:
         design: the network: "small", "rvt" or "rvt2", see :mod:`designs`.
         stages: 2 to look again, at a crop around the first stage's point; 1 to read the pose at the first look.
-        cameras: names of the cameras that are fused into the cloud, in the order of the stacked intrinsics.
-        workspace: bounds ((x), (y), (z)) in metres, base frame, of the cloud and of every keyframe; the views show the
-            cube around it, see :mod:`views.cube`.
+        cameras: names of the RGB-D cameras that are fused into the cloud; see the base class.
+        workspace: of the cloud too; the views show the cube around it, see :mod:`views.cube`.
         views: virtual orthographic views that are rendered, names of :data:`views.renderer.VIEWS` in its order.
         view_size: height and width of a rendered view in pixels, a multiple of 16 ("small") or of ``patch_size``.
         crop_size: edge in metres of the cube around the first stage's point that the second stage renders.
@@ -37,7 +36,7 @@ class LlakeyActionConfig(KeyframePolicyConfig):
         condition_on: which text steers the policy: the basic action's instruction, the skill's task, or both.
         instruction_source: "oracle" reads the expert's instruction from the environment where none was given.
         use_state: also condition on the present hand; ``proprioception`` is what is told of it: its "pose" and gripper
-            opening, its "position" and gripper opening, or as in RVT the opening of its "gripper" alone.
+            opening, or as in RVT the opening of its "gripper" alone.
         turn_blur: degrees, standard deviation about each axis, by which training tells a wrong turn of the hand where
             the pose is told. A policy that may trust it learns to keep a turn that it should have corrected; one that
             is told nothing cannot see which way round a symmetric hand is.
@@ -45,7 +44,6 @@ class LlakeyActionConfig(KeyframePolicyConfig):
         rotation: "bins" predicts the three angles apart, "bins_in_turn" about x, then y, then z, each knowing those
             before it (RVT-2), "sixd" a continuous rotation (Zhou et al. 2019).
         rotation_bins: bins for each of the three angles over a full turn; 72 are 5 degrees each.
-        pose_context: read the pose from the first stage's features too: high above a thing the crop shows only air.
         rotation_frames: what rotations are told relative to, out of "view", "hand" and "base"; RVT's know "view" alone.
         text_model: a text model on the Hub or in a folder, frozen, whose features are kept for each text; None for
             the word-level encoder trained along, with text_width, text_layers, text_buckets and text_length (words).
@@ -67,15 +65,12 @@ class LlakeyActionConfig(KeyframePolicyConfig):
         muon: train the hidden matrices and kernels with Muon rather than with AdamW, see :mod:`muon`.
     """
 
-    input_features: dict[str, PolicyFeature] | None = field(default_factory=dict)
     normalization_mapping: dict[str, NormalizationMode] = field(
         default_factory=lambda: {kind.value: NormalizationMode.IDENTITY for kind in FeatureType}
     )
 
     design: str = "small"
     stages: int = 2
-    cameras: list[str] = field(default_factory=lambda: list(schema.CAMERAS))
-    workspace: list[list[float]] = field(default_factory=lambda: [list(bounds) for bounds in schema.WORKSPACE])
     views: list[str] = field(default_factory=lambda: ["top", "front", "side"])
     view_size: int = 80
     crop_size: float = 0.2
@@ -90,7 +85,6 @@ class LlakeyActionConfig(KeyframePolicyConfig):
     use_timestep: bool = False
     rotation: str = "bins"
     rotation_bins: int = 72
-    pose_context: bool = False
     rotation_frames: list[str] = field(default_factory=lambda: list(FRAMES))
 
     text_model: str | None = names_weights()
@@ -128,9 +122,13 @@ class LlakeyActionConfig(KeyframePolicyConfig):
     optimizer_grad_clip_norm: float = 5.0
     scheduler_warmup_steps: int = 100
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
+    def check(self) -> None:
+        super().check()
         check_settings(self)
+
+    @property
+    def needs_depth(self) -> bool:
+        return True
 
     def get_optimizer_preset(self) -> AdamWConfig | MuonConfig:
         kind = MuonConfig if self.muon else AdamWConfig
@@ -143,8 +141,8 @@ class LlakeyActionConfig(KeyframePolicyConfig):
 
     def required_features(self) -> list[str]:
         """Names of the observation features that the policy reads at every frame."""
-        keys = [key for camera in self.cameras for key in (schema.image_key(camera), schema.depth_key(camera))]
-        keys += [schema.INTRINSICS, schema.EXTRINSICS]
+        parts = (schema.image_key, schema.depth_key, schema.intrinsics_key, schema.extrinsics_key)
+        keys = [part(camera) for camera in self.cameras for part in parts]
         keys += [schema.STATE] if self.use_state else []
         return [*keys, schema.STEP] if self.use_timestep else keys
 
@@ -152,8 +150,8 @@ class LlakeyActionConfig(KeyframePolicyConfig):
         """Check that the features of a dataset or environment are those that the policy reads.
 
         Raises:
-            LlakeyError: if a camera, its calibration, the state or the action is missing or of another shape, or the
-                cameras come in another order.
+            LlakeyError: if a camera, its calibration, the state or the action is missing, the action is of another
+                shape, or the hand is not among the state's names.
         """
         inputs: dict[str, PolicyFeature] = self.input_features or {}
         missing = [key for key in self.required_features() if key not in inputs]
@@ -167,19 +165,8 @@ class LlakeyActionConfig(KeyframePolicyConfig):
                 f"Expected the features {', '.join(missing)} for the cameras {', '.join(self.cameras)}, got only "
                 f"{', '.join(sorted(inputs)) or 'none'}; use a dataset with RGB-D cameras or set policy.cameras."
             )
-        count, stacked = len(self.cameras), inputs[schema.INTRINSICS].shape[0]
-        if stacked != count:
-            raise LlakeyError(
-                f"Expected {schema.INTRINSICS} of {count} cameras ({', '.join(self.cameras)}), got {stacked}; set "
-                "policy.cameras to the dataset's cameras in the order of its calibration."
-            )
-        known = {schema.image_key(camera): camera for camera in self.cameras}
-        recorded = [known[key] for key in inputs if key in known]
-        if recorded != list(self.cameras):
-            raise LlakeyError(
-                f"Expected policy.cameras in the order of the dataset's cameras, {', '.join(recorded)}, which its "
-                f"calibration follows, got {', '.join(self.cameras)}; put them in that order."
-            )
+        if self.use_state:
+            _ = self.hand_columns
         action = self.action_feature
         if action is not None and tuple(action.shape) != (schema.ACTION_DIM,):
             raise LlakeyError(

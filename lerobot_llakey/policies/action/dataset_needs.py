@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, cast
+from typing import Any
 
 from lerobot_llakey import schema
 from lerobot_llakey.checks.dataset import Needs, check_dataset
@@ -11,16 +11,13 @@ from lerobot_llakey.policies.action.configuration_llakey_action import LlakeyAct
 
 def dataset_needs(config: LlakeyActionConfig) -> Needs:
     """The columns that these settings read, cameras with depth among them."""
-    columns = {schema.INTRINSICS, schema.EXTRINSICS, schema.ACTION, config.weight_key}
-    columns |= {schema.STATE} if config.use_state else set()
-    columns |= {schema.STEP} if config.use_timestep else set()
+    columns = {*config.required_features(), schema.ACTION, config.weight_key}
     columns |= {schema.TASK} if config.condition_on != "instruction" else set()
     columns |= {schema.INSTRUCTION} if config.condition_on != "task" else set()
-    bounds: Any = tuple((float(low), float(high)) for low, high in config.workspace)
     return Needs(
         frozenset(columns),
         cameras=tuple(config.cameras),
-        workspace=cast(schema.Workspace, bounds),
+        workspace=config.box,
         weight_key=config.weight_key,
     )
 

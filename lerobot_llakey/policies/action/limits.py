@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from lerobot_llakey.bounds import (
@@ -10,7 +11,6 @@ from lerobot_llakey.bounds import (
     POSITIVE,
     SHARE,
     Bounds,
-    require_box,
     require_number,
     require_settings,
     require_texts,
@@ -29,7 +29,7 @@ CHOICES: dict[str, tuple[object, ...]] = {
     "stages": (1, 2),
     "condition_on": ("instruction", "task", "both"),
     "instruction_source": ("instruction", "oracle"),
-    "proprioception": ("pose", "position", "gripper"),
+    "proprioception": ("pose", "gripper"),
     "rotation": ("bins", "bins_in_turn", "sixd"),
     "dtype": PRECISIONS,
 }
@@ -88,11 +88,9 @@ def check_settings(config: LlakeyActionConfig) -> None:
                 f"Expected {name} out of {', '.join(map(repr, choices))}, got {value!r}; pick one of these."
             )
     require_settings(config, BOUNDS)
-    require_texts("cameras", config.cameras, some=True)
-    require_box("workspace", config.workspace, FARTHEST)
     _check_views(config)
     _check_network(config)
-    edge = longest_edge(config.workspace)
+    edge = math.inf if isinstance(config.workspace, str) else longest_edge(config.workspace)
     require_number("crop_size, within the workspace's longest edge,", config.crop_size, 0, edge)
     require_number("crop_noise, within half of crop_size,", config.crop_noise, 0, config.crop_size / 2)
 

@@ -38,9 +38,10 @@ from lerobot_llakey.policies.action.text.conditioning import read_texts
 from lerobot_llakey.policies.action.text.word_encoder import QueryPool, TextRoles
 from lerobot_llakey.policies.action.views.cube import UnitCube
 from lerobot_llakey.policies.action.views.scene import Scene
-from lerobot_llakey.policies.batch import check_actions, check_loss, read_numbers, read_states, weighted
+from lerobot_llakey.policies.batch import check_actions, check_loss, read_hands, read_numbers, weighted
 from lerobot_llakey.policies.draws import numpy_generator, seeded_by_step
 from lerobot_llakey.policies.precision import autocast
+from lerobot_llakey.policies.training_texts import training_texts
 from lerobot_llakey.saved.weights import CheckedWeights
 
 CONDITION = 128
@@ -74,14 +75,16 @@ class LlakeyActionPolicy(CheckedWeights, PreTrainedPolicy):
         self, config: LlakeyActionConfig, dataset_stats: Any = None, dataset_meta: Any = None, **kwargs: Any
     ) -> None:
         super().__init__(config)
+        config.learn_robot(dataset_meta)
         config.validate_features()
         config.narrow_features()
         if dataset_meta is not None:
             check_training_dataset(config, dataset_meta)
+        self._texts = training_texts(dataset_meta)
         self.design = DESIGNS[config.design]
         felt = proprioception_width(config)
-        self.register_buffer("workspace", torch.tensor(config.workspace, dtype=torch.float32), persistent=False)
-        self.cube = UnitCube(config.workspace)
+        self.register_buffer("workspace", torch.tensor(config.box, dtype=torch.float32), persistent=False)
+        self.cube = UnitCube(config.box)
         self.register_buffer("training_step", torch.zeros((), dtype=torch.int64))
         self.text = make_text_encoder(config)
         width = self.text.width
@@ -94,9 +97,7 @@ class LlakeyActionPolicy(CheckedWeights, PreTrainedPolicy):
         self.fine = Stage(config, condition, width, config.splat_radius[1]) if config.stages == 2 else None
         network = (self.fine or self.coarse).network
         self.summary = nn.LayerNorm(network.summary_width)
-        self.context = nn.LayerNorm(network.summary_width) if config.pose_context and self.fine else None
         inputs = len(config.views) * network.feature_width + network.summary_width
-        inputs *= 1 if self.context is None else 2
         if self.design.grounded:
             inputs += CONDITION + felt
         self.pose = make_pose_head(config, inputs)
@@ -113,7 +114,8 @@ class LlakeyActionPolicy(CheckedWeights, PreTrainedPolicy):
         """The training loss of a batch in the data contract.
 
         Args:
-            batch: observations, texts and ``action`` (B, 9); see :mod:`lerobot_llakey.schema`.
+            batch: observations, texts and ``action`` (B, 9); see :mod:`lerobot_llakey.schema`. The instructions of a
+                training dataset are found by ``index`` where the batch has none.
             reduction: "mean" for one number, "none" for one for each row.
 
         Returns:
@@ -126,26 +128,27 @@ class LlakeyActionPolicy(CheckedWeights, PreTrainedPolicy):
         config = self.config
         with torch.autocast(self.workspace.device.type, enabled=False):
             intrinsics, _ = read_calibration(batch, config.cameras)
-            action = read_numbers(batch, schema.ACTION, (schema.ACTION_DIM,), len(intrinsics))
+            action = read_numbers(batch, schema.ACTION, (schema.ACTION_DIM,), rows := len(intrinsics))
             labels = read_labels(action, self.workspace)
             if self.training and (config.augment_translation > 0 or config.augment_yaw > 0):
-                if config.use_state and schema.STATE in batch:
-                    read_states(batch, len(action))  # before a motion makes a pose of it
+                hand_columns = config.hand_columns if config.use_state else ()
+                if hand_columns:
+                    read_hands(batch, hand_columns, rows)  # before a motion makes a pose of it
                 motion = sample_motion(labels.position, self.workspace, config.augment_translation, config.augment_yaw)
-                batch, labels = moved(batch, labels, motion)
+                batch, labels = moved(batch, labels, motion, config.cameras, hand_columns)
             target = self.cube.to_unit(labels.position)
             cloud = fuse_views(batch, config.cameras, self.workspace)
             if self.training:
                 cloud = varied(cloud, len(target), config.point_dropout, config.colour_jitter)
-            hand = read_proprioception(batch, config, config.turn_blur if self.training else 0.0)
-        texts = read_texts(batch, config, numpy_generator() if self.training else None)
+            hand = read_proprioception(batch, config, rows, config.turn_blur if self.training else 0.0)
+        texts = read_texts(self._texts.fill(batch), config, rows, numpy_generator() if self.training else None)
         with self._autocast():
             scene = self._scene(cloud, hand, texts, labels.lift)
             looks = {"coarse": (self.coarse(scene, torch.zeros_like(target), 1.0), target)}
             if self.fine is not None:
                 low, extent = self.cube.crop(target + self._crop_noise(target), config.crop_size)
                 looks["fine"] = (self.fine(scene, low, extent), (target - low) / extent)
-            pose = self._read_pose(list(looks.values()), scene, hand, labels.heading, labels.quaternion)
+            pose = self._read_pose(*list(looks.values())[-1], scene, hand, labels.heading, labels.quaternion)
         loss, figures = self._loss(looks, pose, labels)
         loss = check_loss(weighted(loss, batch, config.weight_key))
         if self.training:
@@ -168,21 +171,21 @@ class LlakeyActionPolicy(CheckedWeights, PreTrainedPolicy):
         config = self.config
         with torch.autocast(self.workspace.device.type, enabled=False):
             cloud = fuse_views(batch, config.cameras, self.workspace)
-            hand = read_proprioception(batch, config)
+            rows = len(batch[schema.image_key(config.cameras[0])])
+            hand = read_proprioception(batch, config, rows)
         with self._autocast():
-            texts = read_texts(batch, config)
-            low, extent = torch.zeros(len(texts[0]), 3, device=self.workspace.device), 1.0
+            texts = read_texts(batch, config, rows)
+            low, extent = torch.zeros(rows, 3, device=self.workspace.device), 1.0
             scene = self._scene(cloud, hand, texts, torch.zeros_like(low))
             coarse = self.coarse(scene, low, extent)
             place = locate(coarse.heat, config.views)
-            looks = [(coarse, place)]
+            seen, point = coarse, place
             if self.fine is not None:
                 low, extent = self.cube.crop(place, config.crop_size)
-                fine = self.fine(scene, low, extent)
-                local = locate(with_prior(fine.heat, coarse.heat, low, extent, config.views), config.views)
-                place = low + local * extent
-                looks = [(coarse, place), (fine, local)]
-            pose = self._read_pose(looks, scene, hand, torch.zeros_like(place[:, 0]))
+                seen = self.fine(scene, low, extent)
+                point = locate(with_prior(seen.heat, coarse.heat, low, extent, config.views), config.views)
+                place = low + point * extent
+            pose = self._read_pose(seen, point, scene, hand, torch.zeros_like(place[:, 0]))
         flags = torch.stack((pose.gripper.argmax(dim=-1), pose.collision.argmax(dim=-1)), dim=-1)
         place = self.cube.from_unit(place)
         return check_actions(torch.cat((place, self.pose.quaternion(pose), flags.to(place)), dim=-1))
@@ -208,21 +211,17 @@ class LlakeyActionPolicy(CheckedWeights, PreTrainedPolicy):
 
     def _read_pose(
         self,
-        looks: Sequence[tuple[ViewOutput, Tensor]],
+        seen: ViewOutput,
+        point: Tensor,
         scene: Scene,
         hand: Proprioception,
         heading: Tensor,
         truth: Tensor | None = None,
     ) -> PoseOutput:
-        """The pose from each stage's output with the point in its cube: the last stage's, or the first one's too."""
-        views = self.config.views
-        seen, point = looks[-1]
-        parts = [self.design.pool(seen, point, views), self.summary(seen.summary)]
+        """The pose from the last stage's output, at a point in its cube."""
+        parts = [self.design.pool(seen, point, self.config.views), self.summary(seen.summary)]
         if self.design.grounded:
             parts += [scene.condition, hand.vector]
-        if self.context is not None:
-            seen, point = looks[0]
-            parts += [self.design.pool(seen, point, views), self.context(seen.summary)]
         with torch.autocast(heading.device.type, enabled=False):
             return self.pose(torch.cat([part.float() for part in parts], dim=1), hand.angles, heading, truth)
 

@@ -10,7 +10,6 @@ import torch
 
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.command.decoding.answer import Answer, count_unparsable
-from lerobot_llakey.policies.command.decoding.choice import GREEDY, Choice
 from lerobot_llakey.policies.command.decoding.decode import decode_answers
 from lerobot_llakey.policies.command.holding import held_instructions
 from lerobot_llakey.policies.command.images import stack_views
@@ -38,42 +37,33 @@ class Answering:
         return [answer.text for answer in self.answer(batch)]
 
     @torch.no_grad()
-    def answer(
-        self, batch: dict[str, Any], sample: bool = False, temperature: float = 1.0, seed: int | None = None
-    ) -> list[Answer]:
+    def answer(self, batch: dict[str, Any]) -> list[Answer]:
         """The next basic action of each row of a batch, and how likely it is; every answer is counted.
 
         Where the arm moves (``hold_above``) it is the previous instruction, and no model is asked.
 
         Args:
             batch: as for :meth:`forward`, without the instruction; a missing previous instruction counts as none.
-                ``observation.velocity`` (B, 8) where the robot tells it.
-            sample: draw the answer by its likelihood rather than taking the likeliest token each time. A chat model is
-                asked as ever.
-            temperature: of the draw; below 1 it is nearer to the likeliest answer.
-            seed: of the draw, PyTorch's generator stays as it was; None goes on with that generator.
+                ``observation.velocity`` where the robot tells it.
 
         Raises:
-            LlakeyError: if an image or the task is missing, the temperature is not above 0, or the policy was trained
-                to act.
+            LlakeyError: if an image or the task is missing, or the policy was trained to act.
         """
         if self.config.target != "instruction":
             raise LlakeyError(
                 "Expected a command policy that names instructions, got one with target=action, which acts by itself; "
                 "give a checkpoint with target=instruction."
             )
-        held = held_instructions(batch, self.config.hold_above)
+        held = held_instructions(batch, self.config.hold_above, self.config.joints)
         asked = [row for row, text in enumerate(held) if text is None]
-        answers = self._answers(batch, asked, Choice(sample, temperature), seed)
+        answers = self._answers(batch, asked)
         self.answered += len(answers)
         self.unparsable += count_unparsable(answers)
         self.held += len(held) - len(asked)
         given = iter(answers)
         return [next(given) if text is None else Answer(text, math.nan) for text in held]
 
-    def _answers(
-        self, batch: dict[str, Any], rows: Sequence[int], choice: Choice = GREEDY, seed: int | None = None
-    ) -> list[Answer]:
+    def _answers(self, batch: dict[str, Any], rows: Sequence[int]) -> list[Answer]:
         """The answers of the model to some rows, whatever they are about."""
         if not rows:
             return []
@@ -87,8 +77,6 @@ class Answering:
             trie = self._trie if self.config.constrain else None
             inputs = self.encoder.prompts(images, prompts)
             with self._autocast(images.device):
-                answers = decode_answers(
-                    self.model, self.encoder, inputs, trie, self.config.max_new_tokens, choice, seed
-                )
+                answers = decode_answers(self.model, self.encoder, inputs, trie, self.config.max_new_tokens)
         self.train(was_training)
         return answers

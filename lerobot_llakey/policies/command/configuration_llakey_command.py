@@ -14,7 +14,7 @@ from lerobot_llakey.policies.command.chat.settings import UNNAMED, ChatSettings
 from lerobot_llakey.policies.command.holding import MOVING_ABOVE
 from lerobot_llakey.policies.command.limits import check_numbers, check_texts
 from lerobot_llakey.policies.command.pretrained.settings import PretrainedModelSettings
-from lerobot_llakey.policies.keyframe_config import KeyframePolicyConfig
+from lerobot_llakey.policies.keyframe_config import RobotConfig
 from lerobot_llakey.policies.muon import MuonConfig
 from lerobot_llakey.policies.precision import PRECISIONS
 from lerobot_llakey.saved.own import users_own
@@ -22,13 +22,13 @@ from lerobot_llakey.saved.own import users_own
 
 @PreTrainedConfig.register_subclass("llakey_command")
 @dataclass
-class LlakeyCommandConfig(PretrainedModelSettings, KeyframePolicyConfig):
+class LlakeyCommandConfig(PretrainedModelSettings, RobotConfig):
     """Settings of the vision-language model that names the next basic action (section III-C of the paper).
 
     Those of ``PretrainedModelSettings`` say which model it starts from and what of it is trained.
 
     Attributes:
-        views: cameras shown to the model, in this order.
+        cameras: whose images are shown to the model, in this order; see the base class.
         history: 1 tells the model the instruction last commanded ("Previous instruction: ..."), an extension of this
             project; 0 is the paper's prompt.
         history_dropout: probability with which training hides the previous instruction, so that the images are
@@ -52,12 +52,13 @@ class LlakeyCommandConfig(PretrainedModelSettings, KeyframePolicyConfig):
         target: what is answered: "instruction" is the paper's method; "action" is its attempt at direct actions after
             RT-2: the next keyframe's pose as numbers, from the task and the images alone, so that the policy acts by
             itself.
-        action_bins, workspace: of a pose's numbers: how many values each has, and bounds in metres of x, y and z.
+        action_bins, workspace: of a pose's numbers: how many values each has, and bounds in metres of x, y and z; see
+            the base class.
         constrain: answer only with instructions known from training (or given in ``instructions``), and with legal
             poses where the target is the action.
         hold_above: while a joint turns faster than this, in radians a second by ``observation.velocity``, the arm is on
             its way to a keyframe: the instruction last commanded holds and the model is not asked (an extension of this
-            project). None always asks, and so does a robot that does not tell its velocity.
+            project). None always asks, and so does a robot that tells no joints or no velocity.
         max_new_tokens: longest answer.
         shift_pixels: training shifts each image by up to this many pixels each way.
         colour_jitter: training scales brightness and contrast by up to this share.
@@ -68,7 +69,6 @@ class LlakeyCommandConfig(PretrainedModelSettings, KeyframePolicyConfig):
         words, instructions: the small model's vocabulary and the known answers; filled from the training dataset.
     """
 
-    views: list[str] = field(default_factory=lambda: ["left_shoulder", "right_shoulder", "front"])
     history: int = 1
     history_dropout: float = 0.3
     proprioception: str = "none"
@@ -92,7 +92,6 @@ class LlakeyCommandConfig(PretrainedModelSettings, KeyframePolicyConfig):
     dtype: str = "auto"
     target: str = "instruction"
     action_bins: int = 256
-    workspace: list[list[float]] = field(default_factory=lambda: [list(bounds) for bounds in schema.WORKSPACE])
     constrain: bool = True
     hold_above: float | None = MOVING_ABOVE
     max_new_tokens: int = 48
@@ -109,7 +108,6 @@ class LlakeyCommandConfig(PretrainedModelSettings, KeyframePolicyConfig):
     words: list[str] = field(default_factory=list)
     instructions: list[str] = field(default_factory=list)
 
-    input_features: dict[str, PolicyFeature] | None = field(default_factory=dict)
     output_features: dict[str, PolicyFeature] | None = field(default_factory=dict)
     normalization_mapping: dict[str, NormalizationMode] = field(
         default_factory=lambda: dict.fromkeys(("VISUAL", "STATE", "ACTION"), NormalizationMode.IDENTITY)
@@ -151,8 +149,12 @@ class LlakeyCommandConfig(PretrainedModelSettings, KeyframePolicyConfig):
 
     @property
     def image_keys(self) -> list[str]:
-        """Feature names of the views' images, in their order."""
-        return [schema.image_key(view) for view in self.views]
+        """Feature names of the cameras' images, in their order."""
+        return [schema.image_key(camera) for camera in self.cameras]
+
+    @property
+    def needs_workspace(self) -> bool:
+        return self.tells_state or self.target == "action"
 
     @property
     def tells_state(self) -> bool:
@@ -160,7 +162,7 @@ class LlakeyCommandConfig(PretrainedModelSettings, KeyframePolicyConfig):
         return self.proprioception == "pose" and self.backend == "local"
 
     def validate_features(self) -> None:
-        """Check that every view is among the input features.
+        """Check that every camera is among the input features, and the hand among the state's names where it is told.
 
         Raises:
             LlakeyError: if one is missing.
@@ -170,8 +172,10 @@ class LlakeyCommandConfig(PretrainedModelSettings, KeyframePolicyConfig):
         if missing:
             raise LlakeyError(
                 f"Expected the images {self.image_keys} among the input features, got {sorted(visual)} without "
-                f"{missing}; set `views` to cameras that are there."
+                f"{missing}; set `cameras` to some that are there."
             )
+        if self.tells_state:
+            _ = self.hand_columns
 
     def use_default_features(self) -> None:
         """Fill in the contract's input and output features where none were given."""

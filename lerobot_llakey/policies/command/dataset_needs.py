@@ -15,4 +15,4 @@ def dataset_needs(config: LlakeyCommandConfig) -> Needs:
     columns |= {schema.STATE} if config.tells_state else set()
     if config.model is None and config.auxiliary_weight:
         columns |= {schema.STATE, schema.ACTION}
-    return Needs(frozenset(columns), views=tuple(config.views), depth=False, workspace=None)
+    return Needs(frozenset(columns), views=tuple(config.cameras), depth=False, workspace=None)

@@ -12,7 +12,8 @@ from typing import Any
 from torch import Tensor
 
 from lerobot_llakey import schema
-from lerobot_llakey.policies.batch import check_finite
+from lerobot_llakey.errors import LlakeyError
+from lerobot_llakey.policies.batch import check_finite, read_numbers
 from lerobot_llakey.policies.texts import text_column
 
 MOVING_ABOVE = 0.1
@@ -20,26 +21,33 @@ MOVING_ABOVE = 0.1
 settles counts as standing."""
 
 
-def moving(velocity: Tensor, above: float = MOVING_ABOVE) -> Tensor:
-    """Whether the arm moves, (B,) bool, at velocities (B, 8) of the data contract."""
-    return velocity[:, schema.ARM_VELOCITY].abs().amax(dim=1) > above
+def moving(velocities: Tensor, above: float = MOVING_ABOVE) -> Tensor:
+    """Whether the arm moves, (B,) bool, at velocities (B, J) of its joints; an arm that tells none stands."""
+    return (velocities.abs() > above).any(dim=1)
 
 
-def held_instructions(batch: Mapping[str, Any], above: float | None) -> list[str | None]:
+def held_instructions(batch: Mapping[str, Any], above: float | None, joints: int) -> list[str | None]:
     """For each row of a batch the instruction that holds since its arm moves; None where the model is to be asked.
 
     Args:
-        batch: with ``task`` as a list of B texts. Without ``observation.velocity`` (B, 8) or
-            ``observation.previous_instruction`` the model is asked about all rows, as it is at the start of an episode.
+        batch: with ``task`` as a list of B texts. Without ``observation.velocity`` (B, joints and the gripper) or
+            ``previous_instruction`` the model is asked about all rows, as it is at the start of an episode.
         above: speed of the fastest joint in radians a second above which the arm moves; None asks about all rows.
+        joints: how many velocities are those of joints; they come first.
 
     Raises:
-        LlakeyError: if a task is missing or empty, or a velocity is not finite.
+        LlakeyError: if a task is missing or empty, or a velocity is missing or not finite.
     """
     tasks = text_column(batch, schema.TASK)
-    if above is None or schema.VELOCITY not in batch:
+    if above is None or not joints or schema.VELOCITY not in batch:
         return [None] * len(tasks)
     previous = text_column(batch, schema.PREVIOUS_INSTRUCTION, len(tasks), default=[""] * len(tasks), may_be_empty=True)
-    check_finite(schema.VELOCITY, batch[schema.VELOCITY])
-    moves = moving(batch[schema.VELOCITY], above).tolist()
+    velocities = read_numbers(batch, schema.VELOCITY, ("joints and gripper",), len(tasks))
+    if velocities.shape[1] not in (joints, joints + 1):
+        raise LlakeyError(
+            f"Expected {schema.VELOCITY} of {joints} joints, and of the gripper where there is one, got "
+            f"{velocities.shape[1]} numbers; give those of the robot that the policy was trained on."
+        )
+    check_finite(schema.VELOCITY, velocities)
+    moves = moving(velocities[:, :joints], above).tolist()
     return [text or None if moved else None for text, moved in zip(previous, moves, strict=True)]

@@ -49,9 +49,9 @@ def build_language_model(config: LlakeyCommandConfig, assets_dir: str | Path | N
     if config.model is None:
         # Without words the vocabulary of a dataset is unknown; bytes and the grammar still spell everything.
         has_numbers = config.target == "action" or config.tells_state
-        numbers = PoseText(config.action_bins, config.workspace).numbers if has_numbers else []
+        numbers = PoseText(config.action_bins, config.box).numbers if has_numbers else []
         known = list(dict.fromkeys([*(config.words or grammar_words()), *numbers]))
-        tokenizer = WordTokenizer(known, sentences(config.views, config.tells_state))
+        tokenizer = WordTokenizer(known, sentences(config.cameras, config.tells_state))
         image_tokens = (config.image_size // config.patch_size) ** 2
         words = WordEncoder(tokenizer, config.image_size, image_tokens)
         small = build_small(config, tokenizer)

@@ -5,10 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from lerobot_llakey import instructions
-from lerobot_llakey.bounds import AT_LEAST_ONE, COUNT, SHARE, Bounds, require_box, require_settings, require_texts
+from lerobot_llakey.bounds import AT_LEAST_ONE, COUNT, SHARE, Bounds, require_settings, require_texts
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.command.encoding import Encoder
-from lerobot_llakey.schema import FARTHEST
 
 if TYPE_CHECKING:
     from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
@@ -39,14 +38,12 @@ BOUNDS: dict[str, Bounds] = {
 
 
 def check_numbers(config: LlakeyCommandConfig) -> None:
-    """Refuse numbers and cameras that make no sense.
+    """Refuse numbers that make no sense.
 
     Raises:
         LlakeyError: naming what was expected and what came.
     """
-    require_texts("views", config.views, some=True)
     require_settings(config, BOUNDS)
-    require_box("workspace", config.workspace, FARTHEST)
     for width, heads in (("vision_width", "vision_heads"), ("text_width", "text_heads")):
         if getattr(config, width) % getattr(config, heads):
             raise LlakeyError(

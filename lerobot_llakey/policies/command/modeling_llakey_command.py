@@ -19,7 +19,7 @@ from torch.nn import functional
 from lerobot_llakey import schema
 from lerobot_llakey.checks.dataset import check_dataset
 from lerobot_llakey.errors import LlakeyError
-from lerobot_llakey.policies.batch import check_actions, check_loss, read_actions, read_states, weighted
+from lerobot_llakey.policies.batch import check_actions, check_loss, read_actions, read_hands, weighted
 from lerobot_llakey.policies.command.answering import Answering
 from lerobot_llakey.policies.command.chat.backend import ChatBackend
 from lerobot_llakey.policies.command.checkpoints import CommandCheckpoints
@@ -42,6 +42,7 @@ from lerobot_llakey.policies.command.vocabulary import dataset_instructions, dat
 from lerobot_llakey.policies.draws import numpy_generator, seeded_by_step
 from lerobot_llakey.policies.precision import autocast
 from lerobot_llakey.policies.texts import reworded, text_column
+from lerobot_llakey.policies.training_texts import training_texts
 from lerobot_llakey.saved.weights import CheckedWeights
 
 
@@ -61,7 +62,7 @@ class LlakeyCommandPolicy(Answering, CommandCheckpoints, CheckedWeights, TakesAd
         held: number of rows whose instruction held, since their arm moved.
 
     Raises:
-        LlakeyError: if a view is missing, the dataset has no instructions, or the model cannot be found.
+        LlakeyError: if a camera is missing, the dataset has no instructions, or the model cannot be found.
     """
 
     config_class = LlakeyCommandConfig
@@ -77,17 +78,19 @@ class LlakeyCommandPolicy(Answering, CommandCheckpoints, CheckedWeights, TakesAd
         **_: Any,
     ) -> None:
         super().__init__(config)
+        config.learn_robot(dataset_meta)
         config.use_default_features()
         config.validate_features()
         # LeRobot's normaliser would take the text columns among the inputs for numbers.
         features = config.input_features or {}
         config.input_features = {key: features[key] for key in config.image_keys}
         if config.tells_state:
-            config.input_features[schema.STATE] = PolicyFeature(FeatureType.STATE, (schema.STATE_DIM,))
+            config.input_features[schema.STATE] = PolicyFeature(FeatureType.STATE, (len(config.state_names),))
         if dataset_meta is not None:
             if config.backend == "local":
                 check_dataset(dataset_meta, dataset_needs(config))
             self._learn_texts(dataset_meta)
+        self._texts = training_texts(dataset_meta)
         self.answered = self.unparsable = self.held = 0
         self.model: Any = None
         self.encoder: Any = None
@@ -128,9 +131,10 @@ class LlakeyCommandPolicy(Answering, CommandCheckpoints, CheckedWeights, TakesAd
         """Cross-entropy of the answers' tokens, stop token included, weighted where the batch has weights.
 
         Args:
-            batch: images (B, 3, H, W) in 0..1 of every view, ``task`` and ``observation.instruction`` as lists of str,
-                ``observation.previous_instruction`` where the history is on, and ``observation.state`` (B, 15) where
-                the state is told; ``action`` (B, 9) in place of the instructions where that is the target.
+            batch: images (B, 3, H, W) in 0..1 of every camera, ``task`` and ``instruction`` as lists of str,
+                ``previous_instruction`` where the history is on, and ``observation.state`` where the hand is told;
+                ``action`` (B, 9) in place of the instructions where that is the target. The instructions of a training
+                dataset are found by ``index`` where the batch has none.
             reduction: "mean" for one loss, over all tokens; "none" for one a sample (B,), whose mean is that loss: a
                 sample counts by its tokens.
 
@@ -142,8 +146,11 @@ class LlakeyCommandPolicy(Answering, CommandCheckpoints, CheckedWeights, TakesAd
             LlakeyError: if something in the batch is missing or wrong, or the loss is not finite.
         """
         self._require_weights()
-        if aided := self.auxiliary is not None and self.training and schema.STATE in batch and schema.ACTION in batch:
-            read_actions(batch, len(read_states(batch)))
+        batch = self._texts.fill(batch)
+        hands: Tensor | None = None
+        if self.auxiliary is not None and self.training and schema.STATE in batch and schema.ACTION in batch:
+            hands = read_hands(batch, self.config.hand_columns)
+            read_actions(batch, len(hands))
         answers = self.target.answers(batch)
         images = stack_views(batch, self.config.image_keys)
         if self.training:
@@ -162,8 +169,8 @@ class LlakeyCommandPolicy(Answering, CommandCheckpoints, CheckedWeights, TakesAd
         previous = text_column(batch, schema.PREVIOUS_INSTRUCTION, may_be_empty=True) if has_previous else None
         metrics = answer_metrics(logits.detach().argmax(-1) == labels, counted, answers, previous)
         loss = weighted(losses.sum(dim=1) * len(losses) / counted.sum(), batch)
-        if aided and self.auxiliary is not None:
-            aid = self.auxiliary.loss(hidden[:, 0], batch[schema.STATE], batch[schema.ACTION])
+        if hands is not None and self.auxiliary is not None:
+            aid = self.auxiliary.loss(hidden[:, 0], hands, batch[schema.ACTION])
             metrics |= {"instruction_loss": float(loss.detach().mean()), "auxiliary_loss": float(aid.detach().mean())}
             loss = loss + self.config.auxiliary_weight * aid
         loss = check_loss(loss)

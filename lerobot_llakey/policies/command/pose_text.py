@@ -26,7 +26,7 @@ _FLAGS = 2
 
 @dataclass(frozen=True)
 class PoseText:
-    """Actions to texts and back, and states to texts.
+    """Actions to texts and back, and hands to texts.
 
     Every number has three digits, so no number begins another, whatever the tokenizer.
 
@@ -69,13 +69,13 @@ class PoseText:
         flags = (action[[schema.GRIPPER, schema.IGNORE_COLLISION]] > 0.5).astype(int)
         return " ".join(self.numbers[number] for number in (*self._pose(action), *flags))
 
-    def encode_state(self, state: np.ndarray) -> str:
-        """The text of a state (15,) in the data contract: the hand's pose, and the gripper's opening."""
-        opening = np.floor(state[schema.GRIPPER] * self.bins).clip(0, self.bins - 1).astype(int)
-        return " ".join(self.numbers[number] for number in (*self._pose(state), opening))
+    def encode_hand(self, hand: np.ndarray) -> str:
+        """The text of a hand (8,): its pose, and the gripper's opening."""
+        opening = np.floor(hand[schema.GRIPPER] * self.bins).clip(0, self.bins - 1).astype(int)
+        return " ".join(self.numbers[number] for number in (*self._pose(hand), opening))
 
     def _pose(self, row: np.ndarray) -> np.ndarray:
-        """The seven numbers of the pose that an action or a state begins with."""
+        """The seven numbers of the pose that an action or a hand begins with."""
         turned = Rotation.from_quat(DOWN).inv() * Rotation.from_quat(row[schema.QUATERNION])
         values = np.concatenate((row[schema.POSITION], canonical_quaternion(turned.as_quat())))
         low, high = self.bounds.T

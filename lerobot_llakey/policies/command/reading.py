@@ -9,7 +9,7 @@ import numpy as np
 
 from lerobot_llakey import schema
 from lerobot_llakey.errors import LlakeyError
-from lerobot_llakey.policies.batch import read_states
+from lerobot_llakey.policies.batch import read_hands
 from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
 from lerobot_llakey.policies.command.pose_text import PoseText
 from lerobot_llakey.policies.command.prompt import Prompt
@@ -22,8 +22,8 @@ def read_prompts(
     """The prompt of each row of a batch.
 
     Args:
-        batch: with ``task`` as a list of str, ``observation.previous_instruction`` where the history is on (a missing
-            one counts as none) and ``observation.state`` (B, 15) where the state is told.
+        batch: with ``task`` as a list of str, ``previous_instruction`` where the history is on (a missing one counts as
+            none) and ``observation.state`` where the hand is told.
         config: what is told.
         rng: in training, draws the rows whose previous instruction is hidden; None hides none.
 
@@ -39,7 +39,7 @@ def read_prompts(
         if rng is not None:
             hidden = rng.random(len(tasks)) < config.history_dropout
             previous = ["" if hide else text for hide, text in zip(hidden, previous, strict=True)]
-    return [Prompt(tuple(config.views), *told) for told in zip(tasks, previous, states, strict=True)]
+    return [Prompt(tuple(config.cameras), *told) for told in zip(tasks, previous, states, strict=True)]
 
 
 def _states(batch: Mapping[str, Any], config: LlakeyCommandConfig) -> list[str]:
@@ -49,5 +49,5 @@ def _states(batch: Mapping[str, Any], config: LlakeyCommandConfig) -> list[str]:
             f"Expected {schema.STATE!r} in the batch for proprioception=pose, got {sorted(batch)}; use a dataset or an "
             "environment that has it."
         )
-    text = PoseText(config.action_bins, config.workspace)
-    return [text.encode_state(state) for state in read_states(batch).double().cpu().numpy()]
+    text = PoseText(config.action_bins, config.box)
+    return [text.encode_hand(hand) for hand in read_hands(batch, config.hand_columns).double().cpu().numpy()]

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from lerobot.configs import FeatureType, NormalizationMode, PreTrainedConfig
 
 from lerobot_llakey import instructions
-from lerobot_llakey.bounds import AT_LEAST_ONE, COUNT, POSITIVE, SHARE, Bounds, require_settings, require_texts
+from lerobot_llakey.bounds import COUNT, POSITIVE, SHARE, Bounds, require_settings, require_texts
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.action.configuration_llakey_action import LlakeyActionConfig
 from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
@@ -21,8 +21,6 @@ BOUNDS: dict[str, Bounds] = {
     "repeat_threshold": COUNT,
     "random_move_probability": SHARE,
     "random_move_radius": Bounds(0, FARTHEST),
-    "ask_again_attempts": AT_LEAST_ONE,
-    "ask_again_temperature": POSITIVE,
     "still_distance": Bounds(0, FARTHEST),
     "still_degrees": Bounds(0, 180),
     "seed": COUNT,
@@ -53,13 +51,9 @@ class LlakeyConfig(KeyframePolicyConfig):
         fallback_instruction: done where nothing valid was ever commanded.
         screw_about_tool_axis: let a hand that is told to screw turn about and move along its own z axis only.
         raise_upward: let a hand that is told to raise itself move straight up only.
-        ask_again: ask the command policy again, with sampling, where its words cannot be read, or repeat what did not
-            move the arm in the step before (out of reach, blocked, or there already).
-        ask_again_attempts: how often at most in one step.
-        ask_again_temperature: of the sampling; 1 is the model's own distribution.
         still_distance, still_degrees: a step that moved the hand by less than both, and the gripper by less than a
             tenth of its opening, did not move.
-        seed: of the random moves and of asking again, together with the first observation of each episode: the same
+        seed: of the random moves, together with the first observation of each episode: the same
             seed and scene give the same moves in any batch. Repeat an evaluation with another seed.
         log_dir: folder for a record of every step, one file of JSON lines an episode; none is written by default.
         results_path: ``results.json`` of an evaluation, whose table goes on the model card when the policy is pushed;
@@ -82,9 +76,6 @@ class LlakeyConfig(KeyframePolicyConfig):
     fallback_instruction: str = "raise the robotic arm"
     screw_about_tool_axis: bool = False
     raise_upward: bool = False
-    ask_again: bool = False
-    ask_again_attempts: int = 3
-    ask_again_temperature: float = 1.0
     still_distance: float = 0.005
     still_degrees: float = 2.0
     seed: int = 0

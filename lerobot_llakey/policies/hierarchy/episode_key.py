@@ -23,7 +23,7 @@ def episode_key(batch: Mapping[str, Any], row: int) -> int:
     digest = blake2b(digest_size=8)
     task = batch.get(schema.TASK, "")
     digest.update((task if isinstance(task, str) else str(task[row])).encode())
-    for key in (schema.STATE, *map(schema.image_key, schema.CAMERAS)):
+    for key in (schema.STATE, *sorted(map(schema.image_key, schema.cameras_of(batch)))):
         value = batch.get(key)
         if isinstance(value, torch.Tensor):
             digest.update(value[row].detach().cpu().float().contiguous().numpy().tobytes())

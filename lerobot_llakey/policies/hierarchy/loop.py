@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Mapping
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
 from lerobot_llakey import schema
 from lerobot_llakey.errors import LlakeyError
-from lerobot_llakey.policies.hierarchy.asking import ask_again
+from lerobot_llakey.policies.batch import read_hands
 from lerobot_llakey.policies.hierarchy.commanders.commander import Commander, Said
 from lerobot_llakey.policies.hierarchy.configuration_llakey import LlakeyConfig
 from lerobot_llakey.policies.hierarchy.episode_key import episode_key
@@ -37,7 +37,6 @@ class Loop:
         self.supervisors: list[Supervisor] = []
         self.log = EpisodeLog(config.log_dir)
         self._said: list[Said] = []
-        self._asked: list[int] = []
         self._thread: int | None = None
 
     def reset(self) -> None:
@@ -51,7 +50,7 @@ class Loop:
 
         Args:
             commander: who is asked.
-            batch: the observation, with ``observation.state`` (B, 15).
+            batch: the observation, with ``observation.state``.
 
         Raises:
             LlakeyError: if the state is missing, or the number of rows or the thread changed without a reset.
@@ -60,15 +59,12 @@ class Loop:
             raise LlakeyError(
                 f"Expected {schema.STATE!r} in the batch, got {sorted(batch)}; use an environment that has it."
             )
-        states = _array(batch[schema.STATE])
+        states = self._hands(batch)
         self._begin(batch, len(states))
         for supervisor, state in zip(self.supervisors, states, strict=True):
             supervisor.observe(state)
-        said = commander.ask(batch, range(len(states)), [row.previous for row in self.supervisors])
-        self._asked = [0] * len(said)
-        if self.config.ask_again:
-            said, self._asked = ask_again(commander, batch, said, self.supervisors, self.config.ask_again_attempts)
-        self._said = said
+        commander.observe(states)
+        said = self._said = commander.ask(batch, range(len(states)), [row.previous for row in self.supervisors])
         return [
             row.accept(one.text, counted=one.source != "person")
             for row, one in zip(self.supervisors, said, strict=True)
@@ -76,7 +72,7 @@ class Loop:
 
     def send(self, commander: Commander, batch: Mapping[str, Any], proposed: np.ndarray) -> np.ndarray:
         """The actions (B, 9) to execute, given those that the action policy proposed (B, 9); the step is logged."""
-        states = _array(batch[schema.STATE])
+        states = self._hands(batch)
         tasks = batch.get(schema.TASK, "")
         sent, steps = [], []
         for index, (row, said) in enumerate(zip(self.supervisors, self._said, strict=True)):
@@ -91,7 +87,6 @@ class Loop:
                     instruction=row.previous,
                     source=said.source if row.took == "said" else row.took,
                     likelihood=said.likelihood if row.took == "said" else None,
-                    asked_again=self._asked[index],
                     unparsable=row.took != "said",
                     repeats=repeats,
                     random_move=row.random_moves > random_moves,
@@ -104,6 +99,10 @@ class Loop:
         self.log.add(steps)
         commander.sent(steps)
         return np.stack(sent)
+
+    def _hands(self, batch: Mapping[str, Any]) -> np.ndarray:
+        hands: np.ndarray = read_hands(batch, self.config.action.hand_columns).float().cpu().numpy()
+        return hands
 
     def _begin(self, batch: Mapping[str, Any], rows: int) -> None:
         """Set up the rows at the first step of their episodes."""
@@ -132,7 +131,7 @@ def supervisor_settings(config: LlakeyConfig) -> SupervisorSettings:
         repeat_threshold=config.repeat_threshold,
         random_move_probability=config.random_move_probability,
         random_move_radius=config.random_move_radius,
-        workspace=cast(schema.Workspace, config.action.workspace),
+        workspace=config.action.box,
         fallback=config.fallback_instruction,
         free_text=config.commander == "task",
         screw_about_tool_axis=config.screw_about_tool_axis,
@@ -140,11 +139,6 @@ def supervisor_settings(config: LlakeyConfig) -> SupervisorSettings:
         still_distance=config.still_distance,
         still_degrees=config.still_degrees,
     )
-
-
-def _array(values: Any) -> np.ndarray:
-    array: np.ndarray = values.float().cpu().numpy()
-    return array
 
 
 def _plain(values: np.ndarray) -> tuple[float, ...]:

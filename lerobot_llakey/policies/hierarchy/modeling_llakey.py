@@ -13,7 +13,7 @@ from torch import Tensor
 from lerobot_llakey import schema
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.action.modeling_llakey_action import LlakeyActionPolicy
-from lerobot_llakey.policies.batch import read_numbers, read_states
+from lerobot_llakey.policies.batch import read_hands, read_numbers
 from lerobot_llakey.policies.command.modeling_llakey_command import LlakeyCommandPolicy
 from lerobot_llakey.policies.command.pretrained.loading import ASSETS, save_assets
 from lerobot_llakey.policies.hierarchy.commanders.build import build_commander
@@ -25,6 +25,7 @@ from lerobot_llakey.policies.hierarchy.parts import load_part, parameter_groups
 from lerobot_llakey.policies.hierarchy.publishing import PublishedPolicy
 from lerobot_llakey.policies.hierarchy.record import Step
 from lerobot_llakey.policies.hierarchy.supervisor import Supervisor
+from lerobot_llakey.policies.training_texts import training_texts
 from lerobot_llakey.saved.folder import DOWNLOAD, inspect_checkpoint, read_settings
 from lerobot_llakey.saved.processors import OUR_STEPS
 from lerobot_llakey.saved.weights import CheckedWeights
@@ -64,19 +65,23 @@ class LlakeyPolicy(CheckedWeights, PublishedPolicy):
             part.device = config.device
             part.input_features = part.input_features or dict(config.input_features or {})
             part.output_features = part.output_features or dict(config.output_features or {})
-        check_training_dataset(config, dataset_meta)
+        self._texts = training_texts(dataset_meta)
         self.command: LlakeyCommandPolicy | None = None
         if config.has_command and config.command_path is None:
             self.command = LlakeyCommandPolicy(config.command, **context, assets_dir=assets_dir)
         self.action: LlakeyActionPolicy
         if config.action_path is None:
             self.action = LlakeyActionPolicy(config.action, **context)
-        self._load_parts()
+        self._load_parts(dataset_meta)
         check_training_dataset(config, dataset_meta)  # parts that were loaded may read other columns
         self.reset()
 
-    def _load_parts(self) -> None:
-        """Put the parts that the settings name by path in place, and freeze what is not trained."""
+    def _load_parts(self, dataset_meta: Any | None = None) -> None:
+        """Put the parts that the settings name by path in place, and freeze what is not trained.
+
+        Raises:
+            LlakeyError: if the parts were trained on robots of other states.
+        """
         config = self.config
         if config.has_command and config.command_path is not None:
             self.command = load_part(LlakeyCommandPolicy, config.command_path, config.device, config.command)
@@ -86,8 +91,17 @@ class LlakeyPolicy(CheckedWeights, PublishedPolicy):
             config.action = self.action.config
         config.command_path = config.action_path = None
         parts: list[PreTrainedConfig] = [config.action, config.command] if config.has_command else [config.action]
-        # Only what the parts read: LeRobot's normaliser would trip over a dataset's text columns.
-        config.input_features = {schema.STATE: PolicyFeature(FeatureType.STATE, (schema.STATE_DIM,))}
+        if dataset_meta is not None:  # parts that were loaded may come from another robot
+            for part in (config.action, config.command):
+                part.learn_robot(dataset_meta)
+        names = config.action.state_names
+        if names != (config.command.state_names or names):
+            raise LlakeyError(
+                f"Expected parts trained on one robot's state, got {', '.join(config.command.state_names)} for the "
+                f"command part and {', '.join(names) or 'none'} for the action part; give parts of one dataset."
+            )
+        config.command.state_names = list(names)
+        config.input_features = {schema.STATE: PolicyFeature(FeatureType.STATE, (len(config.action.state_names),))}
         for part in parts:
             config.input_features |= part.input_features or {}
         config.output_features = dict(config.action.output_features or {})
@@ -128,7 +142,7 @@ class LlakeyPolicy(CheckedWeights, PublishedPolicy):
             kwargs["assets_dir"] = folder / ASSETS
         policy = super().from_pretrained(folder, config=config, **kwargs)
         config.command_path, config.action_path = paths
-        policy._load_parts()
+        policy._load_parts(kwargs.get("dataset_meta"))
         if paths == (None, None):
             policy.evaluated_in = folder
         return policy.to(config.device).eval()
@@ -160,6 +174,7 @@ class LlakeyPolicy(CheckedWeights, PublishedPolicy):
         """
         if self.training:
             self.evaluated_in = None  # results of other weights do not count
+        batch = self._texts.fill(batch)
         losses: list[Tensor] = []
         metrics: dict[str, Any] = {}
         options = {} if reduction == "mean" else {"reduction": reduction}
@@ -190,7 +205,7 @@ class LlakeyPolicy(CheckedWeights, PublishedPolicy):
         self.action.reset()
 
     def reseed(self, seed: int) -> None:
-        """Take another seed for random moves and asking again, from the next reset on."""
+        """Take another seed for random moves, from the next reset on."""
         self.config.seed = seed
 
     @torch.no_grad()
@@ -198,7 +213,7 @@ class LlakeyPolicy(CheckedWeights, PublishedPolicy):
         """One step of algorithm 1 for every row.
 
         Args:
-            batch: the observation, with ``observation.state`` (B, 15), and ``task`` as a list of str.
+            batch: the observation, with ``observation.state``, and ``task`` as a list of str.
             **kwargs: ignored; LeRobot's interface allows them.
 
         Returns:
@@ -209,8 +224,8 @@ class LlakeyPolicy(CheckedWeights, PublishedPolicy):
                 missing or wrong.
         """
         if schema.STATE in batch:  # the loop says so where it is missing
-            rows = len(read_states(batch))
-            for key in filter(batch.__contains__, map(schema.image_key, schema.CAMERAS)):
+            rows = len(read_hands(batch, self.config.action.hand_columns))
+            for key in map(schema.image_key, schema.cameras_of(batch)):
                 read_numbers(batch, key, ("channels", "height", "width"), rows)
         self.last_instructions = self.loop.instruct(self.commander, batch)
         batch = {**self.commander.with_tasks(batch), schema.INSTRUCTION: list(self.last_instructions)}

@@ -19,12 +19,11 @@ class Step:
         source: who said it (see :class:`Said`), "fallback" where nothing valid was said yet, "previous" where the last
             valid instruction took the place of words outside the grammar.
         likelihood: of the words, in 0..1; None where that has no meaning or others took their place.
-        asked_again: how often the commander was asked again in this step.
         unparsable: whether the words were outside the grammar in the end.
         repeats: how often the instruction was given again without a break, as the stall rule counted before the step.
         random_move: whether a random move took the proposed pose's place.
         moved: whether the step before moved the hand or the gripper; None at the first step.
-        state: (15,) before the step: position in metres, quaternion xyzw, gripper opening, joint angles.
+        state: (8,) the hand before the step: position in metres, quaternion xyzw, gripper opening.
         proposed: (9,) action as the action policy gave it: metres, xyzw, gripper, collision flag.
         sent: (9,) action as it was sent.
     """
@@ -36,7 +35,6 @@ class Step:
     instruction: str
     source: str
     likelihood: float | None
-    asked_again: int
     unparsable: bool
     repeats: int
     random_move: bool

@@ -86,7 +86,7 @@ class Supervisor:
         self._state: np.ndarray | None = None
 
     def observe(self, state: np.ndarray) -> None:
-        """Look at the state (15,) before a step, and so at what the step before did."""
+        """Look at the hand (8,) before a step, and so at what the step before did."""
         before, now = self._state, np.array(state, dtype=np.float64)
         if before is not None:
             self.moved = bool(
@@ -124,7 +124,7 @@ class Supervisor:
 
         Args:
             action: (9,) as the action policy gave it, metres and xyzw in the base frame.
-            state: (15,) the present state.
+            state: (8,) the present hand.
 
         Returns:
             (9,) float32 with a unit quaternion.

@@ -14,7 +14,7 @@ from lerobot_llakey.evaluation.abilities.situation import (
 
 
 def batch_with(speeds: list[float], previous: list[str]) -> dict:
-    velocities = torch.zeros(len(speeds), schema.VELOCITY_DIM)
+    velocities = torch.zeros(len(speeds), len(schema.SIM_VELOCITY_NAMES))
     velocities[:, 2] = torch.tensor(speeds)
     expected = ["release the cup"] * len(speeds)
     return {schema.VELOCITY: velocities, schema.PREVIOUS_INSTRUCTION: previous, schema.INSTRUCTION: expected}
@@ -23,14 +23,14 @@ def batch_with(speeds: list[float], previous: list[str]) -> dict:
 def test_what_stands_is_told_apart_by_what_comes_next() -> None:
     same, other = "release the cup", "grasp the cup"
     batch = batch_with([0.3, 0.0, 0.0, 0.3, 0.0, 0.3], [same, same, other, other, "", ""])
-    assert situations(batch) == [MOVING, UNFINISHED, FINISHED, MOVING, START, START]
+    assert situations(batch, range(7)) == [MOVING, UNFINISHED, FINISHED, MOVING, START, START]
 
 
 def test_without_velocities_or_previous_instructions_nothing_is_known() -> None:
     for key in (schema.VELOCITY, schema.PREVIOUS_INSTRUCTION):
         batch = batch_with([0.3, 0.0], ["release the cup", ""])
         del batch[key]
-        assert situations(batch) == ["", ""]
+        assert situations(batch, range(7)) == ["", ""]
 
 
 class Stubborn:

@@ -8,7 +8,7 @@ from lerobot_llakey.evaluation.abilities.way_left import WAYS_LEFT, ways_left
 
 
 def batch_with(metres: list[float]) -> dict:
-    state = torch.zeros(len(metres), schema.STATE_DIM)
+    state = torch.zeros(len(metres), schema.HAND_DIM)
     action = torch.zeros(len(metres), schema.ACTION_DIM)
     action[:, 1] = torch.tensor(metres)
     action[:, 3:] = 5.0  # nothing but the place counts
@@ -19,13 +19,13 @@ def batch_with(metres: list[float]) -> dict:
     ("metres", "expected"), [(0.0, 0), (0.009, 0), (0.011, 1), (0.049, 1), (0.06, 2), (0.19, 2), (0.21, 3), (2.0, 3)]
 )
 def test_bands_by_distance(metres: float, expected: int) -> None:
-    assert ways_left(batch_with([metres, 0.1])) == [WAYS_LEFT[expected], WAYS_LEFT[2]]
+    assert ways_left(batch_with([metres, 0.1]), range(8)) == [WAYS_LEFT[expected], WAYS_LEFT[2]]
 
 
 def test_without_poses_nothing_is_known() -> None:
     batch = batch_with([0.1, 0.2])
     del batch[schema.ACTION]
-    assert ways_left(batch) == ["", ""]
+    assert ways_left(batch, range(8)) == ["", ""]
 
 
 class Knowing:

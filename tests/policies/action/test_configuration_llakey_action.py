@@ -31,7 +31,7 @@ def test_settings_survive_saving(tmp_path):
         ({"rotation": "euler"}, "rotation out of 'bins', 'bins_in_turn', 'sixd'"),
         ({"rotation_frames": ["view", "wall"]}, r"rotation_frames out of view, hand, base, got \['view', 'wall'\]"),
         ({"rotation_frames": []}, "rotation_frames to name at least one"),
-        ({"proprioception": "all"}, "proprioception out of 'pose', 'position', 'gripper'"),
+        ({"proprioception": "all"}, "proprioception out of 'pose', 'gripper'"),
         ({"view_size": 100}, "multiple of 16 for design 'small', got 100; try 96"),
         ({"design": "rvt", "patch_size": 11, "view_size": 224}, "multiple of 11 for design 'rvt', got 224; try 220"),
         ({"design": "rvt2", "view_size": 112, "transformer_heads": 6}, "divide token_width, got 6 and 512"),
@@ -41,7 +41,7 @@ def test_settings_survive_saving(tmp_path):
         ({"views": ["side", "top", "front"]}, "order top, front, side, which the weights follow, got side, top, front"),
         ({"views": ["top", "top", "front"]}, "each of views once, got 'top' more than once"),
         ({"cameras": ["front", "front"]}, "each of cameras once, got 'front' more than once"),
-        ({"cameras": []}, "cameras to name at least one"),
+        ({"workspace": "table"}, "pairs in metres or 'auto', got 'table'"),
         ({"crop_size": 0.0}, "crop_size to be a number above 0, got 0.0"),
         ({"crop_size": 1e9}, "crop_size, within the workspace's longest edge, to be a number from 0 to 1, got"),
         ({"crop_noise": 0.11}, "crop_noise, within half of crop_size, to be a number from 0 to 0.1, got 0.11"),
@@ -65,15 +65,9 @@ def test_missing_cameras_are_named():
         config.validate_features()
 
 
-def test_calibration_of_another_number_of_cameras_is_refused():
-    config = small_config(cameras=["front", "wrist"])
-    with pytest.raises(ValueError, match=r"of 2 cameras \(front, wrist\), got 4"):
-        config.validate_features()
-
-
-def test_cameras_in_another_order_than_the_datasets_are_refused():
-    config = small_config(cameras=["left_shoulder", "front", "right_shoulder", "wrist"])
-    with pytest.raises(ValueError, match=r"cameras, front, left_shoulder, .* got left_shoulder, front, right_shoulder"):
+def test_the_hand_must_be_among_the_states_names():
+    config = small_config(state_names=["shoulder", "elbow"])
+    with pytest.raises(ValueError, match=r"the hand's 'x' among the names of observation\.state, got only shoulder"):
         config.validate_features()
 
 
@@ -84,9 +78,8 @@ def test_actions_of_another_shape_are_refused():
         config.validate_features()
 
 
-def test_text_columns_are_dropped_from_the_input_features():
+def test_what_is_not_read_is_dropped_from_the_input_features():
     config = small_config()
-    assert schema.INSTRUCTION in config.input_features
     config.narrow_features()
     assert sorted(config.input_features) == sorted(config.required_features())
 

@@ -35,7 +35,9 @@ def test_the_heat_target_stays_on_the_same_thing(yaw: float, shift: tuple[float,
         chosen = (still.points - centre).norm(dim=1).argmin()
         batch[schema.ACTION][0, schema.POSITION] = still.points[chosen]
         labels = read_labels(batch[schema.ACTION], workspace)
-        after, shifted = moved(batch, labels, motion(1, torch.tensor([[0.5, 0.0, 0.1]]), yaw, shift))
+        after, shifted = moved(
+            batch, labels, motion(1, torch.tensor([[0.5, 0.0, 0.1]]), yaw, shift), schema.CAMERAS, range(8)
+        )
         points = fuse_views(after, schema.CAMERAS, wide).points
         assert len(points) == len(still.points)
         unit = (points[chosen] - workspace[:, 0]) / (workspace[:, 1] - workspace[:, 0])
@@ -66,7 +68,7 @@ def test_a_trained_policys_prediction_moves_within_the_bin_size() -> None:
     pixel, rotation_bin = 1.0 / policy.config.view_size, 360 / policy.config.rotation_bins
     for yaw, shift in MOTIONS:
         change = motion(3, labels.position, yaw, shift)
-        after = policy.select_action(moved(batch, labels, change)[0])
+        after = policy.select_action(moved(batch, labels, change, schema.CAMERAS, range(8))[0])
         expected = change.move_points(before[:, schema.POSITION])
         assert (after[:, schema.POSITION] - expected).norm(dim=1).max() < pixel
         cosine = (after[:, schema.QUATERNION] * change.move_quaternion(before[:, schema.QUATERNION])).sum(dim=1)
@@ -84,7 +86,7 @@ def test_any_weights_find_a_moved_crop_at_the_moved_place() -> None:
     batch, _, _ = observation(rows=1)
     cloud = fuse_views(batch, policy.config.cameras, policy.workspace)
     scene = policy._scene(
-        cloud, read_proprioception(batch, policy.config), [batch[schema.INSTRUCTION]], torch.zeros(1, 3)
+        cloud, read_proprioception(batch, policy.config, 1), [batch[schema.INSTRUCTION]], torch.zeros(1, 3)
     )
     scene.points = (scene.points * 2**12).round() / 2**12  # so that adding the shift rounds nothing
     low, shift = torch.tensor([[0.5, 0.5, 0.0]]), torch.tensor([[-0.25, 0.125, 0.5]])

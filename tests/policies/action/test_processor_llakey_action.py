@@ -11,7 +11,7 @@ def test_observations_and_texts_pass_unchanged():
     pre, post = make_pre_post_processors(config, dataset_stats=None)
     batch, _, _ = observation(rows=2)
     out = pre(dict(batch))
-    for key in (schema.STATE, schema.INTRINSICS, schema.depth_key("front"), schema.image_key("wrist")):
+    for key in (schema.STATE, schema.intrinsics_key("front"), schema.depth_key("front"), schema.image_key("wrist")):
         assert torch.equal(out[key], batch[key])
     assert out[schema.INSTRUCTION] == batch[schema.INSTRUCTION]
     assert out[schema.TASK] == batch[schema.TASK]

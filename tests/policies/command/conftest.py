@@ -15,6 +15,7 @@ from transformers import (
 )
 
 from fakes import fake_keysteps
+from lerobot_llakey import schema
 from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
 
 
@@ -34,7 +35,17 @@ def small_settings() -> dict:
         "text_layers": 2,
         "text_heads": 2,
     }
-    return {"device": "cpu", "push_to_hub": False, "image_size": 32, "patch_size": 8, "dtype": "float32", **widths}
+    return {
+        "cameras": ["left_shoulder", "right_shoulder", "front"],
+        "state_names": list(schema.SIM_STATE_NAMES),
+        "workspace": [list(bounds) for bounds in schema.WORKSPACE],
+        "device": "cpu",
+        "push_to_hub": False,
+        "image_size": 32,
+        "patch_size": 8,
+        "dtype": "float32",
+        **widths,
+    }
 
 
 @pytest.fixture

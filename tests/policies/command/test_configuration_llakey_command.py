@@ -15,12 +15,11 @@ def test_settings_survive_saving(small_config, tmp_path):
 @pytest.mark.parametrize(
     ("settings", "message"),
     [
-        ({"views": []}, "views to name at least one"),
         ({"history": 2}, "`history` to be 0 or 1, got 2"),
         ({"dtype": "float8"}, "got 'float8'"),
         ({"proprioception": "all"}, "none or pose, got 'all'"),
         ({"hold_above": 0.0}, "hold_above to be a number above 0, got 0.0"),
-        ({"views": ["front", "front"]}, "each of views once, got 'front'"),
+        ({"cameras": ["front", "front"]}, "each of cameras once, got 'front'"),
         ({"max_new_tokens": 1}, "max_new_tokens to be a whole number from 2 to 4096, got 1"),
         ({"words": ["the", "red"]}, "words in alphabetical order, .* got the, red"),
         ({"words": ["red", "red"]}, "each of words once, got 'red'"),

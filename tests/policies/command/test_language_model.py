@@ -66,7 +66,7 @@ def test_weights_of_bfloat16_train_are_saved_and_speak_the_same(
 
 def test_one_view_in_place_of_three(tiny, small_settings, keysteps, batch):
     for model in (None, tiny):
-        config = LlakeyCommandConfig(**small_settings | {"model": model, "views": ["front"]})
+        config = LlakeyCommandConfig(**small_settings | {"model": model, "cameras": ["front"]})
         policy = LlakeyCommandPolicy(config, dataset_meta=keysteps.meta)
         policy.forward(batch)[0].backward()
         front = {key: value for key, value in batch.items() if "images" not in key or key.endswith("images.front")}

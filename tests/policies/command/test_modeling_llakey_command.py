@@ -206,7 +206,7 @@ def test_bad_input_is_named(policy, batch, small_settings, keysteps):
     with pytest.raises(ValueError, match="'task' in the batch"):
         policy.next_instructions({key: value for key, value in batch.items() if key != schema.TASK})
     with pytest.raises(ValueError, match=r"without \['observation.images.elbow'\]"):
-        make_policy(LlakeyCommandConfig(**small_settings | {"views": ["elbow"]}), ds_meta=keysteps.meta)
+        make_policy(LlakeyCommandConfig(**small_settings | {"cameras": ["elbow"]}), ds_meta=keysteps.meta)
 
 
 def test_tells_hands_apart_that_only_their_state_tells_apart(small_settings, keysteps, tmp_path):

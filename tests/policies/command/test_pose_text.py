@@ -43,7 +43,7 @@ def test_a_state_is_told_as_the_pose_of_an_action_and_the_opening():
     pose = action((0.2, 0.4, 0.6), Rotation.random(rng=0), 1, 1)
     for opening, number in ((0.0, "000"), (0.625, "062"), (1.0, "099")):
         state = np.array([*pose[:7], opening, *np.linspace(-2, 2, 7)])
-        assert text.encode_state(state).split() == [*text.encode(pose).split()[:7], number]
+        assert text.encode_hand(state).split() == [*text.encode(pose).split()[:7], number]
 
 
 def test_places_outside_go_to_the_edge():

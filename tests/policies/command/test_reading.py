@@ -7,7 +7,13 @@ from lerobot_llakey.policies.command.reading import read_prompts
 
 
 def config(**settings) -> LlakeyCommandConfig:
-    return LlakeyCommandConfig(device="cpu", views=["front"], **settings)
+    return LlakeyCommandConfig(
+        device="cpu",
+        cameras=["front"],
+        state_names=list(schema.SIM_STATE_NAMES),
+        workspace=[list(bounds) for bounds in schema.WORKSPACE],
+        **settings,
+    )
 
 
 def test_only_what_the_settings_say_is_told(batch):

@@ -13,7 +13,10 @@ from lerobot_llakey.policies.hierarchy.compose import save
 from lerobot_llakey.policies.hierarchy.configuration_llakey import LlakeyConfig
 from lerobot_llakey.policies.hierarchy.modeling_llakey import LlakeyPolicy
 
+ROBOT = {"state_names": list(schema.SIM_STATE_NAMES), "workspace": [list(bounds) for bounds in schema.WORKSPACE]}
 COMMAND = {
+    **ROBOT,
+    "cameras": ["left_shoulder", "right_shoulder", "front"],
     "image_size": 32,
     "patch_size": 16,
     "vision_width": 16,
@@ -25,6 +28,8 @@ COMMAND = {
     "dtype": "float32",
 }
 ACTION = {
+    **ROBOT,
+    "cameras": list(schema.CAMERAS),
     "view_size": 32,
     "text_width": 32,
     "text_layers": 1,

@@ -43,8 +43,6 @@ def test_the_parts_follow_the_device() -> None:
         ({"fallback_instruction": "dance"}, "a basic action"),
         ({"commander": "list"}, "at least one instruction for commander='list'"),
         ({"commander": "list", "instructions": ["dance"]}, "a basic action"),
-        ({"ask_again_attempts": 0}, "ask_again_attempts to be a whole number of 1 or more, got 0"),
-        ({"ask_again_temperature": 0.0}, "ask_again_temperature to be a number above 0, got 0.0"),
         ({"still_degrees": -1.0}, "still_degrees to be a number from 0 to 180, got -1.0"),
     ],
 )

@@ -7,6 +7,7 @@ import pytest
 import torch
 
 from lerobot_llakey import schema
+from lerobot_llakey.policies.action.configuration_llakey_action import LlakeyActionConfig
 from lerobot_llakey.policies.hierarchy.commanders.commander import Commander, Said
 from lerobot_llakey.policies.hierarchy.commanders.corrections import Corrections
 from lerobot_llakey.policies.hierarchy.configuration_llakey import LlakeyConfig
@@ -14,23 +15,24 @@ from lerobot_llakey.policies.hierarchy.loop import Loop
 
 
 class Says(Commander):
-    """Says the same for ever, and something else when it is asked again."""
+    """Says the same for ever."""
 
-    def __init__(self, *texts: str, again: str = "release the lid") -> None:
-        self.texts, self.again = texts, again
+    def __init__(self, *texts: str) -> None:
+        self.texts = texts
 
-    def ask(self, batch, rows, previous, sample=False, seeds=()) -> list[Said]:
-        return [Said(self.again if sample else self.texts[row], "policy", 0.5) for row in rows]
+    def ask(self, batch, rows, previous) -> list[Said]:
+        return [Said(self.texts[row], "policy", 0.5) for row in rows]
 
 
 def _batch(rows: int, x: float = 0.5) -> dict:
-    state = torch.zeros(rows, schema.STATE_DIM)
+    state = torch.zeros(rows, len(schema.SIM_STATE_NAMES))
     state[:, 0], state[:, 2], state[:, 3] = x, 0.4, 1.0
     return {schema.STATE: state, schema.TASK: [f"task {row}" for row in range(rows)]}
 
 
 def _loop(**settings) -> Loop:
-    return Loop(LlakeyConfig(device="cpu", **settings))
+    robot = {"state_names": list(schema.SIM_STATE_NAMES), "workspace": [list(bounds) for bounds in schema.WORKSPACE]}
+    return Loop(LlakeyConfig(action=LlakeyActionConfig(device="cpu", **robot), device="cpu", **settings))
 
 
 def _step(loop: Loop, commander: Commander, batch: dict) -> np.ndarray:
@@ -49,7 +51,7 @@ def test_every_step_is_on_record() -> None:
         "policy",
         0.5,
     )
-    assert (first.index, first.row, first.task, first.unparsable, first.asked_again) == (0, 0, "task 0", False, 0)
+    assert (first.index, first.row, first.task, first.unparsable) == (0, 0, "task 0", False)
     assert [step.moved for step in (first, second, third)] == [None, False, True]
     assert [step.random_move for step in (first, second, third)] == [False, True, True]
     assert [step.repeats for step in (first, second, third)] == [0, 1, 1]
@@ -69,17 +71,6 @@ def test_the_record_can_be_written_to_a_folder(tmp_path: Path) -> None:
     lines = [json.loads(line) for file in sorted(tmp_path.iterdir()) for line in file.read_text().splitlines()]
     assert sorted((line["row"], line["index"]) for line in lines) == [(0, 0), (0, 1), (1, 0), (1, 1)]
     assert {line["instruction"] for line in lines} == {"grasp the lid", "release the lid"}
-
-
-@pytest.mark.parametrize("on", [False, True])
-def test_asks_again_where_that_is_set(on: bool) -> None:
-    loop, commander = _loop(ask_again=on), Says("grasp the lid", "gibberish")
-    for _ in range(2):
-        _step(loop, commander, _batch(2))
-    said = [[step.instruction for step in row] for row in loop.log.steps]
-    assert said[0] == ["grasp the lid", "release the lid" if on else "grasp the lid"]
-    assert [step.asked_again for step in loop.log.steps[0]] == [0, int(on)]
-    assert [step.unparsable for step in loop.log.steps[1]] == [not on] * 2
 
 
 def test_a_persons_words_go_through_the_loop() -> None:

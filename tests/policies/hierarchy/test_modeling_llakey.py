@@ -1,7 +1,6 @@
 from pathlib import Path
 from types import SimpleNamespace
 
-import numpy as np
 import pytest
 import torch
 from lerobot.configs import PreTrainedConfig
@@ -37,10 +36,6 @@ def _read(policy: LlakeyPolicy, monkeypatch: pytest.MonkeyPatch) -> list[list[st
 
     monkeypatch.setattr(policy.action, "select_action", select_action)
     return read
-
-
-def _oracle(texts: list[str]) -> torch.Tensor:
-    return torch.from_numpy(np.stack([schema.encode_text(text) for text in texts]))
 
 
 def test_acts_with_valid_keyframes_and_says_what_it_does(make_tiny, observation) -> None:
@@ -89,7 +84,7 @@ def test_seed_fixes_the_random_moves(make_tiny, observation) -> None:
     observation[schema.STATE][:, 8] = torch.tensor([0.1, 0.2, 0.1])  # three episodes of which two are the same
     for seed in (1, 1, 2):
         policy = make_tiny(commander="oracle", repeat_threshold=0, random_move_probability=1.0, seed=seed)
-        batch = observation | {schema.ORACLE_INSTRUCTION: _oracle(["pull the lid out"] * 3)}
+        batch = observation | {schema.ORACLE_INSTRUCTION: ["pull the lid out"] * 3}
         runs.append(torch.stack([policy.select_action(batch) for _ in range(2)]))
     assert torch.equal(runs[0], runs[1])
     assert not torch.equal(runs[0], runs[2])
@@ -99,7 +94,7 @@ def test_seed_fixes_the_random_moves(make_tiny, observation) -> None:
 
 def test_a_new_seed_counts_from_the_next_episode_on(make_tiny, observation) -> None:
     policy = make_tiny(commander="oracle", repeat_threshold=0, random_move_probability=1.0)
-    batch = observation | {schema.ORACLE_INSTRUCTION: _oracle(["pull the lid out"] * 3)}
+    batch = observation | {schema.ORACLE_INSTRUCTION: ["pull the lid out"] * 3}
     runs = []
     for seed in (1, 2, 1):
         policy.reseed(seed)
@@ -112,7 +107,7 @@ def test_the_oracle_commands_in_place_of_the_policy(make_tiny, observation, monk
     policy = make_tiny(commander="oracle")
     read = _read(policy, monkeypatch)
     said = ["grasp the lid", "raise the robotic arm", ""]
-    policy.select_action(observation | {schema.ORACLE_INSTRUCTION: _oracle(said)})
+    policy.select_action(observation | {schema.ORACLE_INSTRUCTION: said})
     assert policy.command is None
     assert read == [["grasp the lid", "raise the robotic arm", "raise the robotic arm"]]
     with pytest.raises(ValueError, match=r"Expected 'observation.oracle_instruction. .*--env.oracle_instructions=true"):

@@ -21,7 +21,7 @@ EPISODES, STEPS = 8, 5
 @pytest.fixture(scope="module")
 def shipped() -> LlakeyPolicy:
     """The shipped policy, quick to despair: without a pause it repeats itself, stalls and moves at random."""
-    settings = ["--device=cpu", "--repeat_threshold=0", "--random_move_probability=0.6", "--ask_again=true"]
+    settings = ["--device=cpu", "--repeat_threshold=0", "--random_move_probability=0.6"]
     settings += ["--command.dtype=float32", "--action.dtype=float32"]  # in bfloat16 the last digits are tenths of a mm
     config = PreTrainedConfig.from_pretrained(CHECKPOINT, cli_overrides=settings)
     return LlakeyPolicy.from_pretrained(CHECKPOINT, config=config)
@@ -32,11 +32,11 @@ def _episode(seed: int) -> list[dict[str, Any]]:
     rng = np.random.default_rng(seed)
     frame = fake_frame(rng, schema.IMAGE_SIZE)
     batch: dict[str, Any] = {
-        schema.INTRINSICS: torch.from_numpy(frame[schema.INTRINSICS])[None],
-        schema.EXTRINSICS: torch.from_numpy(frame[schema.EXTRINSICS])[None],
         schema.TASK: [TASKS[seed % len(TASKS)]],
     }
     for camera in schema.CAMERAS:
+        for key in (schema.intrinsics_key(camera), schema.extrinsics_key(camera)):
+            batch[key] = torch.from_numpy(frame[key])[None]
         colours, depth = frame[schema.image_key(camera)], frame[schema.depth_key(camera)]
         batch[schema.image_key(camera)] = torch.from_numpy(colours).permute(2, 0, 1)[None].float() / 255
         batch[schema.depth_key(camera)] = torch.from_numpy(depth.astype(np.float32)).permute(2, 0, 1)[None]

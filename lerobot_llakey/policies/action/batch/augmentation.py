@@ -10,8 +10,9 @@ from dataclasses import dataclass
 
 import torch
 from torch import Tensor
+from torch.nn import functional as F
 
-from lerobot_llakey import geometry
+from lerobot_llakey import geometry, schema
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.action.batch.point_cloud import PointCloud
 
@@ -30,28 +31,25 @@ class RigidMotion:
     pivot: Tensor
     translation: Tensor
 
-    def matrix(self) -> Tensor:
-        """The motions as homogeneous matrices (B, 4, 4)."""
+    @property
+    def turn(self) -> Tensor:
+        """The rotations as matrices (B, 3, 3)."""
         cos, sin, zero = self.yaw.cos(), self.yaw.sin(), torch.zeros_like(self.yaw)
-        rows = (cos, -sin, zero, sin, cos, zero, zero, zero, zero + 1)
-        matrix = torch.eye(4, device=self.yaw.device).repeat(len(self.yaw), 1, 1)
-        matrix[:, :3, :3] = torch.stack(rows, dim=-1).unflatten(-1, (3, 3))
-        matrix[:, :3, 3] = self.pivot + self.translation - (matrix[:, :3, :3] @ self.pivot[..., None]).squeeze(-1)
-        return matrix
+        return torch.stack((cos, -sin, zero, sin, cos, zero, zero, zero, zero + 1), dim=-1).unflatten(-1, (3, 3))
 
     def move_points(self, points: Tensor) -> Tensor:
         """One point (B, 3) for each row, in metres, after the motion."""
-        turned = (self.matrix()[:, :3, :3] @ (points - self.pivot)[..., None]).squeeze(-1)
+        turned = (self.turn @ (points - self.pivot)[..., None]).squeeze(-1)
         return turned + (self.pivot + self.translation)  # exact for the pivot: rounding moves no target out
-
-    def move_cameras(self, extrinsics: Tensor) -> Tensor:
-        """Camera-to-base matrices (B, C, 4, 4) after the motion: moving the cameras moves all that they see."""
-        return self.matrix()[:, None] @ extrinsics
 
     def move_quaternion(self, quaternion: Tensor) -> Tensor:
         """Quaternions (B, 4) xyzw after the motion."""
-        turn = self.matrix()[:, :3, :3]
-        return geometry.matrix_to_quaternion(turn @ geometry.quaternion_to_matrix(quaternion))
+        return geometry.matrix_to_quaternion(self.turn @ geometry.quaternion_to_matrix(quaternion))
+
+    def move_poses(self, poses: Tensor) -> Tensor:
+        """Poses (B, 7) of hands or cameras after the motion: moving the cameras moves all that they see."""
+        quaternion = F.normalize(poses[:, schema.QUATERNION], dim=-1)
+        return torch.cat((self.move_points(poses[:, schema.POSITION]), self.move_quaternion(quaternion)), dim=-1)
 
 
 def sample_motion(target: Tensor, workspace: Tensor, translation: float, yaw_degrees: float) -> RigidMotion:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -71,16 +71,25 @@ def read_labels(action: Tensor, workspace: Tensor) -> Labels:
     )
 
 
-def moved(batch: Mapping[str, Any], labels: Labels, motion: RigidMotion) -> tuple[dict[str, Any], Labels]:
-    """Cameras, present hand and labels after a rigid motion of the whole scene."""
+def moved(
+    batch: Mapping[str, Any], labels: Labels, motion: RigidMotion, cameras: Sequence[str], hand: Sequence[int] = ()
+) -> tuple[dict[str, Any], Labels]:
+    """Cameras, present hand and labels after a rigid motion of the whole scene.
+
+    Args:
+        batch: in the data contract.
+        labels: its labels.
+        motion: of each row.
+        cameras: names of those to move.
+        hand: where the hand stands in the state, see :func:`hand.hand_columns`; without them it stays.
+    """
     batch = dict(batch)
-    if schema.EXTRINSICS in batch:
-        batch[schema.EXTRINSICS] = motion.move_cameras(batch[schema.EXTRINSICS].float())
-    if schema.STATE in batch:
-        state = batch[schema.STATE].float()
-        place = motion.move_points(state[:, schema.POSITION])
-        turned = motion.move_quaternion(state[:, schema.QUATERNION])
-        batch[schema.STATE] = torch.cat((place, turned, state[:, schema.GRIPPER :]), dim=1)
+    for key in map(schema.extrinsics_key, cameras):
+        batch[key] = motion.move_poses(batch[key].float())
+    if hand:
+        pose, state = list(hand[: len(schema.POSE_NAMES)]), batch[schema.STATE].float().clone()
+        state[:, pose] = motion.move_poses(state[:, pose])
+        batch[schema.STATE] = state
     return batch, Labels(
         position=motion.move_points(labels.position),
         quaternion=motion.move_quaternion(labels.quaternion),

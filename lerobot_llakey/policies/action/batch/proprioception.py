@@ -15,7 +15,7 @@ from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.action.batch.augmentation import blurred
 from lerobot_llakey.policies.action.configuration_llakey_action import LlakeyActionConfig
 from lerobot_llakey.policies.action.heads.targets import quaternion_to_angles
-from lerobot_llakey.policies.batch import check_at_least_zero, read_numbers, read_states
+from lerobot_llakey.policies.batch import check_at_least_zero, read_hands, read_numbers
 
 EPISODE_STEPS = 25
 """Longest episode, in keyframe actions, that the timestep is scaled by (PerAct, RVT)."""
@@ -42,30 +42,32 @@ def proprioception_width(config: LlakeyActionConfig) -> int:
     return (7 if config.proprioception == "pose" else 1) + config.use_timestep
 
 
-def read_proprioception(batch: Mapping[str, Any], config: LlakeyActionConfig, turn_blur: float = 0.0) -> Proprioception:
-    """Read the state (B, 15) and the step (B, 1) of a batch, as the settings ask.
+def read_proprioception(
+    batch: Mapping[str, Any], config: LlakeyActionConfig, rows: int, turn_blur: float = 0.0
+) -> Proprioception:
+    """Read the state and the step (B, 1) of a batch, as the settings ask.
 
     Args:
-        batch: in the data contract.
+        batch: in the data contract, with the cameras of ``config``.
         config: what is told.
+        rows: B.
         turn_blur: degrees, see :func:`augmentation.blurred`; 0 tells the turn as it is.
 
     Raises:
         LlakeyError: if the step or the state is asked for and missing, or makes no sense in a row.
     """
-    rows, device = len(batch[schema.INTRINSICS]), batch[schema.INTRINSICS].device
+    device = batch[schema.image_key(config.cameras[0])].device
     opening, angles = torch.zeros(rows, 1, device=device), torch.zeros(rows, 3, device=device)
     place = torch.full((rows, 3), torch.nan, device=device)
     turns = torch.zeros(rows, 6, device=device)
     if config.use_state:
         if schema.STATE not in batch:
             raise LlakeyError(f"Expected {schema.STATE} in the batch, got none; add it or train with use_state=false.")
-        state = read_states(batch, rows).float()
-        opening = state[:, schema.GRIPPER, None]
-        if config.proprioception != "gripper":
-            place = state[:, schema.POSITION]
+        hand = read_hands(batch, config.hand_columns, rows).float()
+        opening = hand[:, schema.GRIPPER, None]
         if config.proprioception == "pose":
-            turn = F.normalize(state[:, schema.QUATERNION], dim=-1)
+            place = hand[:, schema.POSITION]
+            turn = F.normalize(hand[:, schema.QUATERNION], dim=-1)
             angles = quaternion_to_angles(blurred(turn, turn_blur) if turn_blur > 0 else turn)
             turns = torch.cat((angles.sin(), angles.cos()), dim=1)
     parts = [opening, turns] if config.proprioception == "pose" else [opening]

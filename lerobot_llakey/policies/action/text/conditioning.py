@@ -8,30 +8,31 @@ from typing import Any
 import numpy as np
 
 from lerobot_llakey import schema
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.action.configuration_llakey_action import LlakeyActionConfig
 from lerobot_llakey.policies.texts import reworded, text_column
 
 
 def read_texts(
-    batch: Mapping[str, Any], config: LlakeyActionConfig, rng: np.random.Generator | None = None
+    batch: Mapping[str, Any], config: LlakeyActionConfig, rows: int, rng: np.random.Generator | None = None
 ) -> list[list[str]]:
     """The texts that steer a batch, as ``config.condition_on`` asks: of the task, of the instruction, or of both.
 
-    Without an instruction column the expert's instruction is read where ``config.instruction_source`` allows it and
-    the environment gives it, and the skill instruction otherwise.
+    Without an instruction the expert's is read where ``config.instruction_source`` allows it and the environment gives
+    it.
 
     Args:
         batch: in the data contract.
         config: which texts steer.
+        rows: how many the batch has.
         rng: in training, draws the rows whose last text is reworded; None rewords none.
 
     Returns:
         One list with a text for each row, or two: the tasks, then the instructions.
 
     Raises:
-        LlakeyError: if a column of texts is missing, of another length than the batch, or wrong in a row.
+        LlakeyError: if texts are missing, not as many as the batch has rows, or wrong in a row.
     """
-    rows = len(batch[schema.INTRINSICS])
     parts: list[list[str]] = []
     if config.condition_on != "instruction":
         parts.append(text_column(batch, schema.TASK, rows))
@@ -46,5 +47,8 @@ def _instructions(batch: Mapping[str, Any], config: LlakeyActionConfig, rows: in
     if schema.INSTRUCTION in batch:
         return text_column(batch, schema.INSTRUCTION, rows)
     if config.instruction_source == "oracle" and schema.ORACLE_INSTRUCTION in batch:
-        return [schema.decode_text(codes.cpu()) for codes in batch[schema.ORACLE_INSTRUCTION]]
-    return text_column(batch, schema.TASK, rows)
+        return text_column(batch, schema.ORACLE_INSTRUCTION, rows)
+    raise LlakeyError(
+        f"Expected {schema.INSTRUCTION!r} in the batch, got {', '.join(sorted(batch))}; give an instruction a row, act "
+        "in an environment with --env.oracle_instructions=true, compose a hierarchy, or train with condition_on=task."
+    )

@@ -34,7 +34,7 @@ class ChatBackend:
     def __init__(self, config: LlakeyCommandConfig) -> None:
         check_address(config.base_url, config.model)
         self.settings = config.chat
-        self._views, self._history = tuple(config.views), bool(config.history)
+        self._views, self._history = tuple(config.cameras), bool(config.history)
         self._guidance = _guidance(config)
         self._client = ChatClient(config.base_url, str(config.model), config.chat, config.max_new_tokens)
 

@@ -13,7 +13,6 @@ from typing import Any
 import torch
 from torch import Tensor
 
-from lerobot_llakey.policies.command.decoding.choice import Choice
 from lerobot_llakey.policies.command.decoding.trie import Node, Trie
 from lerobot_llakey.policies.command.small.last_layer import read_last
 
@@ -46,12 +45,12 @@ class _Row:
         """The tokens that the model has still to see before the next choice."""
         return [] if self.done else self.ids[self.seen :]
 
-    def choose(self, scores: Tensor, choice: Choice) -> None:
+    def choose(self, scores: Tensor) -> None:
         """Go on by one choice, given the scores (vocabulary,) of the next token, to the next branch."""
         self.seen = len(self.ids)
         allowed = sorted(self._node) if self._node is not None else None
         open_scores = scores if allowed is None else scores[allowed]
-        index = choice.pick(open_scores)
+        index = int(open_scores.argmax())
         self.log_likelihood += float(torch.log_softmax(open_scores, dim=0)[index])
         self._take(index if allowed is None else allowed[index])
         self._go_on()
@@ -70,7 +69,6 @@ def decode_by_branches(
     model: Any,
     inputs: dict[str, Tensor],
     trie: Trie | None,
-    choice: Choice,
     stop_id: int,
     pad_id: int,
     max_new_tokens: int,
@@ -81,7 +79,6 @@ def decode_by_branches(
         model: the model, whose language model takes ``past_key_values`` and ``position_ids``.
         inputs: ``input_ids`` and ``attention_mask`` (B, T), padded on the left, and ``pixel_values``.
         trie: the known answers; None allows any token.
-        choice: greedy, or drawn.
         stop_id: the token that ends an answer.
         pad_id: any token, for rows that have less to say than others.
         max_new_tokens: longest answer.
@@ -116,6 +113,6 @@ def decode_by_branches(
         scores = model.lm_head(output.last_hidden_state[:, -1]).float()
         for row, of_row in zip(rows, scores, strict=True):
             if not row.done:
-                row.choose(of_row, choice)
+                row.choose(of_row)
         if all(row.done for row in rows):
             return [(row.ids, row.log_likelihood) for row in rows]

@@ -8,7 +8,6 @@ import torch
 from torch import Tensor
 from transformers import LogitsProcessorList
 
-from lerobot_llakey.policies.command.decoding.choice import Choice
 from lerobot_llakey.policies.command.decoding.trie import KnownAnswers, Trie
 
 
@@ -16,7 +15,6 @@ def decode_by_steps(
     model: Any,
     inputs: dict[str, Tensor],
     trie: Trie | None,
-    choice: Choice,
     stop_id: int,
     pad_id: int,
     max_new_tokens: int,
@@ -27,7 +25,6 @@ def decode_by_steps(
         model: an image-text model whose generation ends with the stop token.
         inputs: as its processor gives them, padded on the left.
         trie: the known answers; None allows any token.
-        choice: greedy, or drawn.
         stop_id: the token that ends an answer.
         pad_id: the token that fills up finished rows.
         max_new_tokens: longest answer.
@@ -37,9 +34,6 @@ def decode_by_steps(
     """
     length = inputs["input_ids"].shape[1]
     held = KnownAnswers(trie, length, pad_id) if trie is not None else None
-    drawing: dict[str, Any] = {}
-    if choice.sample:
-        drawing = {"do_sample": True, "temperature": choice.temperature, "top_k": 0, "top_p": 1.0}
     output = model.generate(
         **inputs,
         max_new_tokens=max_new_tokens,
@@ -48,7 +42,6 @@ def decode_by_steps(
         pad_token_id=pad_id,
         return_dict_in_generate=True,
         output_logits=True,
-        **drawing,
     )
     sequences = output.sequences[:, length:]
     total = torch.zeros(len(sequences), device=sequences.device)

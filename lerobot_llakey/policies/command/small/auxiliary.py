@@ -13,7 +13,7 @@ UNIT_METRES = 0.2
 
 
 class KeyframeHead(nn.Module):
-    """Regresses position and gripper, now and at the next keyframe, from the state that starts an answer.
+    """Regresses position and gripper, now and at the next keyframe, from the hidden state that starts an answer.
 
     Words tell a fresh network little about geometry: a dozen tokens a sample, most of them the same. These eight
     numbers make it look at the gripper and at the object that the task names. Nothing of it is used after training.
@@ -26,17 +26,17 @@ class KeyframeHead(nn.Module):
         super().__init__()
         self.linear = nn.Linear(width, 8)
 
-    def loss(self, hidden: Tensor, state: Tensor, action: Tensor) -> Tensor:
+    def loss(self, hidden: Tensor, hand: Tensor, action: Tensor) -> Tensor:
         """Smooth L1 loss of each sample (B,).
 
         Args:
             hidden: (B, width) the language model's output at the last token of the prompt.
-            state: (B, 15) as in the data contract.
+            hand: (B, 8) as in the data contract.
             action: (B, 9) as in the data contract.
         """
         numbers = [
             part
-            for row in (state, action)
+            for row in (hand, action)
             for part in (row[:, schema.POSITION] / UNIT_METRES, row[:, schema.GRIPPER, None])
         ]
         target = torch.cat(numbers, dim=1).float()

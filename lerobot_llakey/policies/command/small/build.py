@@ -110,7 +110,7 @@ def build_small(config: LlakeyCommandConfig, tokenizer: WordTokenizer) -> LlavaF
     attention = "eager" if config.device == "cpu" else "sdpa"
     model = LlavaForConditionalGeneration._from_config(LlavaConfig(**llava), attn_implementation=attention)
     model.model.multi_modal_projector = ViewProjector(
-        config.vision_width * len(layers), config.text_width, len(config.views)
+        config.vision_width * len(layers), config.text_width, len(config.cameras)
     )
     layers_of_text: Any = model.model.language_model.layers
     layers_of_text[-1] = LastLayer(model.config.text_config, len(layers_of_text) - 1)

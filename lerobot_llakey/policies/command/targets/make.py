@@ -11,5 +11,5 @@ from lerobot_llakey.policies.command.targets.instruction import InstructionTarge
 def make_target(config: LlakeyCommandConfig) -> InstructionTarget | ActionTarget:
     """The target of some settings."""
     if config.target == "action":
-        return ActionTarget(PoseText(config.action_bins, config.workspace))
+        return ActionTarget(PoseText(config.action_bins, config.box))
     return InstructionTarget(config.instructions)

@@ -28,7 +28,7 @@ def build_commander(config: LlakeyConfig, command: LlakeyCommandPolicy | None) -
                 f"Expected a command policy with target='instruction', got target={command.config.target!r}; it acts "
                 "by itself: evaluate it alone, or train one that instructs."
             )
-        return PolicyCommander(command, config.ask_again_temperature)
+        return PolicyCommander(command)
     if config.commander == "list":
         return ListCommander(config.instructions)
     return OracleCommander() if config.commander == "oracle" else TaskCommander()

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 import torch
 
 from lerobot_llakey import schema
@@ -31,32 +32,25 @@ class Said:
 class Commander(ABC):
     """Says the next instruction of each row.
 
-    The hierarchical policy calls :meth:`reset` before an episode, and at each step :meth:`ask` (once or more) and then
-    :meth:`sent`. Asking changes nothing: the same question has the same answer until the step was sent, so that a page
-    may show what is proposed before it is acted on.
+    The hierarchical policy calls :meth:`reset` before an episode, and at each step :meth:`observe`, :meth:`ask` and
+    then :meth:`sent`. Asking changes nothing: the same question has the same answer until the step was sent, so that a
+    page may show what is proposed before it is acted on.
     """
 
     def reset(self) -> None:
         """Forget all episodes."""
 
+    def observe(self, hands: np.ndarray) -> None:
+        """Look at the hands (B, 8) before a step: position in metres, quaternion xyzw, gripper opening."""
+
     @abstractmethod
-    def ask(
-        self,
-        batch: Mapping[str, Any],
-        rows: Sequence[int],
-        previous: Sequence[str],
-        sample: bool = False,
-        seeds: Sequence[int] = (),
-    ) -> list[Said]:
+    def ask(self, batch: Mapping[str, Any], rows: Sequence[int], previous: Sequence[str]) -> list[Said]:
         """The next instruction of some rows.
 
         Args:
             batch: the observation of all B rows.
             rows: indices of the rows that are asked for.
             previous: the instruction last carried out in each of ``rows``, "" before the first.
-            sample: draw the answer in place of the likeliest, for a row that got nowhere with it. A commander without a
-                choice answers as before.
-            seeds: one for each of ``rows``, used where ``sample`` is set, so that a draw depends on its row alone.
 
         Returns:
             One answer for each of ``rows``.

@@ -125,16 +125,18 @@ class Corrections(Commander):
                 changed[schema.TASK] = [self._tasks.get(row, text) for row, text in enumerate(tasks)]
         return changed
 
-    def ask(
-        self,
-        batch: Mapping[str, Any],
-        rows: Sequence[int],
-        previous: Sequence[str],
-        sample: bool = False,
-        seeds: Sequence[int] = (),
-    ) -> list[Said]:
+    def observe(self, hands: np.ndarray) -> None:
         with self._lock:
-            self._drop_done(batch)
+            for row, correction in list(self._corrections.items()):
+                if correction.goal is None or row >= len(hands):
+                    continue
+                hand, goal = hands[row], np.array(correction.goal)
+                if distance(hand, goal) <= self.reach and turned(hand, goal) <= self.reach_degrees:
+                    del self._corrections[row]
+        self.inner.observe(hands)
+
+    def ask(self, batch: Mapping[str, Any], rows: Sequence[int], previous: Sequence[str]) -> list[Said]:
+        with self._lock:
             said = {row: Said(self._corrections[row].text, "person") for row in rows if row in self._corrections}
             batch = self.with_tasks(batch)
         rest = [place for place, row in enumerate(rows) if row not in said]
@@ -143,8 +145,6 @@ class Corrections(Commander):
                 batch,
                 [rows[place] for place in rest],
                 [previous[place] for place in rest],
-                sample,
-                [seeds[place] for place in rest] if seeds else (),
             )
             said |= {rows[place]: answer for place, answer in zip(rest, given, strict=True)}
         return [said[row] for row in rows]
@@ -160,11 +160,3 @@ class Corrections(Commander):
                 if correction.hold == "once" or correction.steps >= self.max_steps:
                     del self._corrections[step.row]
             self.inner.sent(steps)
-
-    def _drop_done(self, batch: Mapping[str, Any]) -> None:
-        for row, correction in list(self._corrections.items()):
-            if correction.goal is None or row >= len(batch[schema.STATE]):
-                continue
-            state, goal = batch[schema.STATE][row].float().cpu().numpy(), np.array(correction.goal)
-            if distance(state, goal) <= self.reach and turned(state, goal) <= self.reach_degrees:
-                del self._corrections[row]

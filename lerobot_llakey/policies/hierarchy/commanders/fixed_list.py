@@ -31,14 +31,7 @@ class ListCommander(Commander):
     def reset(self) -> None:
         self._given.clear()
 
-    def ask(
-        self,
-        batch: Mapping[str, Any],
-        rows: Sequence[int],
-        previous: Sequence[str],
-        sample: bool = False,
-        seeds: Sequence[int] = (),
-    ) -> list[Said]:
+    def ask(self, batch: Mapping[str, Any], rows: Sequence[int], previous: Sequence[str]) -> list[Said]:
         last = len(self.instructions) - 1
         return [Said(self.instructions[min(self._given.get(row, 0), last)], "list") for row in rows]
 

@@ -17,33 +17,17 @@ class PolicyCommander(Commander):
 
     Args:
         command: the command policy, in evaluation mode.
-        temperature: of sampled answers; 1 is the model's own distribution.
     """
 
-    def __init__(self, command: LlakeyCommandPolicy, temperature: float = 1.0) -> None:
+    def __init__(self, command: LlakeyCommandPolicy) -> None:
         self.command = command
-        self.temperature = temperature
 
     def reset(self) -> None:
         self.command.reset()
 
-    def ask(
-        self,
-        batch: Mapping[str, Any],
-        rows: Sequence[int],
-        previous: Sequence[str],
-        sample: bool = False,
-        seeds: Sequence[int] = (),
-    ) -> list[Said]:
+    def ask(self, batch: Mapping[str, Any], rows: Sequence[int], previous: Sequence[str]) -> list[Said]:
         part = take_rows(batch, rows) | {schema.PREVIOUS_INSTRUCTION: list(previous)}
-        if not sample:
-            return [_said(answer) for answer in self.command.answer(part)]
-        # One row at a time, each from its own seed: what is drawn must not depend on the other rows.
-        drawn = []
-        for place, row in enumerate(rows):
-            seed = seeds[place] if seeds else row
-            drawn += self.command.answer(take_rows(part, [place]), True, self.temperature, seed)
-        return [_said(answer) for answer in drawn]
+        return [_said(answer) for answer in self.command.answer(part)]
 
 
 def _said(answer: Answer) -> Said:

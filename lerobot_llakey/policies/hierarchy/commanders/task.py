@@ -13,13 +13,6 @@ from lerobot_llakey.policies.texts import text_column
 class TaskCommander(Commander):
     """Says the skill instruction at every step."""
 
-    def ask(
-        self,
-        batch: Mapping[str, Any],
-        rows: Sequence[int],
-        previous: Sequence[str],
-        sample: bool = False,
-        seeds: Sequence[int] = (),
-    ) -> list[Said]:
+    def ask(self, batch: Mapping[str, Any], rows: Sequence[int], previous: Sequence[str]) -> list[Said]:
         texts = text_column(batch, schema.TASK)
         return [Said(texts[0] if isinstance(batch[schema.TASK], str) else texts[row], "task") for row in rows]

@@ -58,14 +58,13 @@ def test_no_limits_leave_the_scene_alone():
 
 
 def test_moved_cameras_see_the_moved_scene():
-    positions, _ = random_poses(3)
+    positions, quaternions = random_poses(3)
     motion = sample_motion(positions, WORKSPACE, 0.125, 45.0)
-    cameras = torch.eye(4).repeat(3, 2, 1, 1)
-    cameras[:, :, :3, 3] = torch.randn(3, 2, 3, generator=torch.Generator().manual_seed(1))
-    local = positions[:, None] - cameras[:, :, :3, 3]  # unturned cameras: what each sees of the position
-    moved = motion.move_cameras(cameras)
-    seen = (moved[..., :3, :3] @ local[..., None]).squeeze(-1) + moved[..., :3, 3]
-    assert torch.allclose(seen, motion.move_points(positions)[:, None].expand_as(seen), atol=1e-5)
+    poses = torch.cat((torch.randn(3, 3, generator=torch.Generator().manual_seed(1)), quaternions), dim=1)
+    seen = torch.linalg.solve(geometry.pose_to_matrix(poses)[:, :3, :3], (positions - poses[:, :3])[..., None])
+    after = geometry.pose_to_matrix(motion.move_poses(poses))
+    again = (after[:, :3, :3] @ seen).squeeze(-1) + after[:, :3, 3]
+    assert torch.allclose(again, motion.move_points(positions), atol=1e-5)
 
 
 def test_targets_at_the_very_edge_stay_inside():

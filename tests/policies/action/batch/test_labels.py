@@ -48,14 +48,15 @@ def test_cameras_hand_and_labels_move_together() -> None:
     motion = RigidMotion(torch.tensor([math.pi / 2] * 2), torch.tensor([[0.5, 0.0, 0.0]] * 2), torch.zeros(2, 3))
     batch[schema.STATE][:, schema.POSITION] = labels.position
     batch[schema.STATE][:, schema.QUATERNION] = labels.quaternion
-    after, shifted = moved(batch, labels, motion)
+    after, shifted = moved(batch, labels, motion, ["front"], range(8))
     x, y, z = labels.position.unbind(1)
     assert torch.allclose(shifted.position, torch.stack((0.5 - y, x - 0.5, z), dim=1), atol=1e-6)
     assert torch.allclose(after[schema.STATE][:, schema.POSITION], shifted.position, atol=1e-6)
     assert torch.allclose(after[schema.STATE][:, schema.QUATERNION], shifted.quaternion, atol=1e-6)
     assert torch.equal(after[schema.STATE][:, schema.GRIPPER :], batch[schema.STATE][:, schema.GRIPPER :])
     assert torch.allclose(shifted.heading, motion.yaw)
-    ex, ey = batch[schema.EXTRINSICS][0, 0, :2, 3]
-    assert torch.allclose(after[schema.EXTRINSICS][0, 0, :2, 3], torch.stack((0.5 - ey, ex - 0.5)), atol=1e-6)
+    key = schema.extrinsics_key("front")
+    ex, ey = batch[key][0, :2]
+    assert torch.allclose(after[key][0, :2], torch.stack((0.5 - ey, ex - 0.5)), atol=1e-6)
     # Nothing of the given batch has changed.
     assert torch.equal(batch[schema.STATE][:, schema.POSITION], labels.position)

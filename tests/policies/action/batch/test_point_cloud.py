@@ -63,23 +63,37 @@ def test_a_missing_camera_is_named():
 
 def test_missing_calibration_is_named():
     batch, _, _ = observation(rows=1)
-    del batch[schema.EXTRINSICS]
-    with pytest.raises(ValueError, match="camera_extrinsics"):
+    del batch[schema.extrinsics_key("wrist")]
+    with pytest.raises(ValueError, match=r"camera_extrinsics\.wrist"):
         fuse_views(batch, schema.CAMERAS, WORKSPACE)
 
 
 def test_what_cannot_be_fused_is_refused():
     batch, _, _ = observation(rows=2)
-    batch[schema.INTRINSICS][1, 2] *= 4
-    with pytest.raises(ValueError, match="camera_intrinsics of an image of 32x32"):
+    batch[schema.intrinsics_key("right_shoulder")][1] *= 4
+    with pytest.raises(ValueError, match=r"camera_intrinsics\.right_shoulder .* of an image of 32x32"):
         fuse_views(batch, schema.CAMERAS, WORKSPACE)
 
 
-def test_cameras_of_different_sizes_are_refused():
+def test_cameras_of_different_sizes_are_fused():
+    batch, _, _ = observation(rows=2)
+    whole, key = fuse_views(batch, schema.CAMERAS, WORKSPACE), "left_shoulder"
+    others = fuse_views(batch, [camera for camera in schema.CAMERAS if camera != key], WORKSPACE)
+    upper = dict(batch)  # the upper half of one camera: neither its size nor its shape is the others'
+    for part in (schema.image_key(key), schema.depth_key(key)):
+        upper[part] = batch[part][:, :, :24]
+    upper[schema.intrinsics_key(key)] = batch[schema.intrinsics_key(key)] * torch.tensor([1, 1, 1, 1.0])
+    fused = fuse_views(upper, schema.CAMERAS, WORKSPACE)
+    assert len(others.rows) < len(fused.rows) < len(whole.rows)
+    places = {tuple(point) for point in whole.points.tolist()}
+    assert all(tuple(point) in places for point in fused.points.tolist())
+
+
+def test_depth_of_another_size_than_the_image_is_refused():
     batch, _, _ = observation(rows=1)
-    key = schema.image_key("left_shoulder")
+    key = schema.depth_key("left_shoulder")
     batch[key] = batch[key][..., :16, :16]
-    with pytest.raises(ValueError, match="left_shoulder at"):
+    with pytest.raises(ValueError, match=r"left_shoulder_depth of shape \(1, 1, 32, 32\), got \(1, 1, 16, 16\)"):
         fuse_views(batch, schema.CAMERAS, WORKSPACE)
 
 

@@ -15,7 +15,7 @@ VIEWS = ["left_shoulder", "front"]
 
 def test_a_served_model_sees_the_images_and_reads_the_task(served_llava):
     base_url, model = served_llava
-    settings = {"device": "cpu", "push_to_hub": False, "views": VIEWS}
+    settings = {"device": "cpu", "push_to_hub": False, "cameras": VIEWS}
     config = LlakeyCommandConfig(backend="chat", base_url=base_url, model=model, **settings)
     config.chat.guidance = "none"
     policy = LlakeyCommandPolicy(config)

@@ -8,7 +8,7 @@ def test_a_right_guess_costs_nothing_and_each_row_counts_apart():
     head = KeyframeHead(8)
     torch.nn.init.eye_(head.linear.weight)
     torch.nn.init.zeros_(head.linear.bias)
-    state, action = torch.rand(2, schema.STATE_DIM), torch.rand(2, schema.ACTION_DIM)
+    state, action = torch.rand(2, schema.HAND_DIM), torch.rand(2, schema.ACTION_DIM)
     hidden = torch.cat((state[:, :3] / UNIT_METRES, state[:, 7:8], action[:, :3] / UNIT_METRES, action[:, 7:8]), dim=1)
     assert torch.allclose(head.loss(hidden, state, action), torch.zeros(2))
     hidden[1, 0] += 1.0
@@ -19,7 +19,7 @@ def test_a_right_guess_costs_nothing_and_each_row_counts_apart():
 def test_it_can_be_learned():
     torch.manual_seed(0)
     head = KeyframeHead(16)
-    hidden, state, action = torch.randn(4, 16), torch.rand(4, schema.STATE_DIM), torch.rand(4, schema.ACTION_DIM)
+    hidden, state, action = torch.randn(4, 16), torch.rand(4, schema.HAND_DIM), torch.rand(4, schema.ACTION_DIM)
     optimizer = torch.optim.Adam(head.parameters(), lr=0.1)
     first = head.loss(hidden, state, action).mean()
     for _ in range(100):

@@ -18,8 +18,8 @@ class Parrot(Commander):
         self.asked: list[tuple[Any, ...]] = []
         self.told: list[Any] = []
 
-    def ask(self, batch, rows, previous, sample=False, seeds=()) -> list[Said]:
-        self.asked.append((list(rows), list(previous), sample, list(seeds)))
+    def ask(self, batch, rows, previous) -> list[Said]:
+        self.asked.append((list(rows), list(previous)))
         return [Said(f"{row}: {batch[schema.TASK][row]}", "policy", 0.5) for row in rows]
 
     def sent(self, steps) -> None:
@@ -27,7 +27,7 @@ class Parrot(Commander):
 
 
 def _batch(x: Sequence[float] = (0.0, 0.0, 0.0)) -> dict[str, Any]:
-    state = torch.zeros(len(x), schema.STATE_DIM)
+    state = torch.zeros(len(x), schema.HAND_DIM)
     state[:, 0] = torch.tensor(x)
     state[:, 6] = 1.0
     return {schema.STATE: state, schema.TASK: ["open", "close", "lift"][: len(x)]}
@@ -35,12 +35,14 @@ def _batch(x: Sequence[float] = (0.0, 0.0, 0.0)) -> dict[str, Any]:
 
 def _texts(corrections: Corrections, batch: dict[str, Any]) -> list[str]:
     rows = range(len(batch[schema.STATE]))
+    corrections.observe(batch[schema.STATE].numpy())
     return [said.text for said in corrections.ask(batch, rows, [""] * len(rows))]
 
 
 def _carried_out(corrections: Corrections, batch: dict[str, Any], goal: float = 0.5) -> list[str]:
     """One step of the loop, sent to x = ``goal``; what was done in each row."""
     rows = range(len(batch[schema.STATE]))
+    corrections.observe(batch[schema.STATE].numpy())
     said = corrections.ask(batch, rows, [""] * len(rows))
     pose = (goal, *(0.0,) * 5, 1.0, 0.0, 0.0)
     corrections.sent([a_step(row, said=one.text, source=one.source, sent=pose) for row, one in enumerate(said)])
@@ -51,10 +53,10 @@ def test_is_silent_until_someone_speaks_and_then_for_that_row_alone() -> None:
     corrections = Corrections(inner := Parrot())
     assert _texts(corrections, _batch()) == ["0: open", "1: close", "2: lift"]
     assert corrections.say(1, "Grab the lid.") == corrections.held(1) == "grasp the lid"
-    said = corrections.ask(_batch(), [2, 1, 0], ["x", "y", "z"], sample=True, seeds=[7, 8, 9])
+    said = corrections.ask(_batch(), [2, 1, 0], ["x", "y", "z"])
     assert said[1] == Said("grasp the lid", "person")
     assert [one.text for one in said] == ["2: lift", "grasp the lid", "0: open"]
-    assert inner.asked[-1] == ([2, 0], ["x", "z"], True, [7, 9])
+    assert inner.asked[-1] == ([2, 0], ["x", "z"])
 
 
 def test_once_lasts_one_step_however_often_it_is_shown() -> None:

@@ -1,7 +1,6 @@
 import math
 from typing import Any
 
-import numpy as np
 import torch
 
 from lerobot_llakey import schema
@@ -11,7 +10,7 @@ from lerobot_llakey.policies.hierarchy.commanders.policy import PolicyCommander
 
 
 class Dice:
-    """A command policy that says a number: a drawn one where it samples, else its row's state."""
+    """A command policy that says a number: its row's state."""
 
     def __init__(self) -> None:
         self.batches: list[dict[str, Any]] = []
@@ -19,10 +18,9 @@ class Dice:
     def reset(self) -> None:
         self.batches.clear()
 
-    def answer(self, batch, sample: bool = False, temperature: float = 1.0, seed: int | None = None) -> list[Answer]:
-        self.batches.append(batch | {"temperature": temperature})
-        drawn = np.random.default_rng(seed)
-        values = [drawn.random() if sample else row[0].item() for row in batch[schema.STATE]]
+    def answer(self, batch) -> list[Answer]:
+        self.batches.append(batch)
+        values = [row[0].item() for row in batch[schema.STATE]]
         return [Answer(f"{value:.6f}", math.nan if value == 0 else 0.25) for value in values]
 
 
@@ -37,11 +35,3 @@ def test_asks_for_the_rows_with_what_was_said_before() -> None:
     assert dice.batches[0][schema.PREVIOUS_INSTRUCTION] == ["before", ""]
     assert dice.batches[0][schema.TASK] == ["t", "t"]
     assert commander.ask(_batch(1), [0], [""])[0].likelihood is None
-
-
-def test_draws_depend_on_the_seed_of_their_row_alone() -> None:
-    commander = PolicyCommander(dice := Dice(), temperature=0.7)
-    together = commander.ask(_batch(3), [0, 1, 2], [""] * 3, sample=True, seeds=[11, 12, 11])
-    alone = commander.ask(_batch(1), [0], [""], sample=True, seeds=[12])
-    assert together[0] == together[2] != together[1] == alone[0]
-    assert {batch["temperature"] for batch in dice.batches} == {0.7}
