@@ -143,5 +143,5 @@ def test_only_the_schema_spells_feature_names(path: Path) -> None:
 
 def test_the_search_finds_the_schemas_own_names() -> None:
     names = spelled_feature_names((PACKAGE / "schema.py").read_text())
-    assert {"observation.instruction", "observation.images.", "keyframe.is_keyframe", "episode.seed"} <= set(names)
+    assert {"observation.state", "observation.images.", "keyframe.is_keyframe", "episode.seed"} <= set(names)
     assert spelled_feature_names('"""observation.state"""') == []
