@@ -95,7 +95,7 @@ def agent(envs: list[LlakeySimEnv], script: Script) -> Agent:
         dtype="float32",
     )
     config = LlakeyConfig(action=action, commander="oracle", device="cpu", push_to_hub=False)
-    features = dataset_to_policy_features(schema.keystep_features(SIZE, SIZE))
+    features = dataset_to_policy_features(schema.dataset_features(dict.fromkeys(schema.CAMERAS, (SIZE, SIZE))))
     config.output_features = {schema.ACTION: features.pop(schema.ACTION)}
     config.input_features = features
     policy = LlakeyPolicy(config).eval()
