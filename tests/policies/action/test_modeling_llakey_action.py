@@ -18,7 +18,13 @@ DESIGNS = pytest.mark.parametrize(
         {"stages": 1, "rotation": "sixd"},
         {"rotation": "bins_in_turn", "condition_on": "both", "use_timestep": True},
     ],
-    ids=["rvt", "rvt-twice", "rvt2", "small-once", "small-in-turn", "small-in-context"],
+    ids=[
+        "rvt",
+        "rvt-twice",
+        "rvt2",
+        "small-once",
+        "small-in-turn",
+    ],
 )
 
 # A softmax weighs differences, so what is added to all that it weighs has no say: these gradients are rounding errors,
