@@ -18,7 +18,8 @@ def tables_of(dataset_meta: Any, keys: Sequence[str]) -> Iterator[pa.Table]:
         dataset_meta: a ``LeRobotDatasetMetadata``.
         keys: names of columns.
     """
-    for path in sorted(Path(dataset_meta.root).glob("data/**/*.parquet")):
+    root = getattr(dataset_meta, "root", None)
+    for path in [] if root is None else sorted(Path(root).glob("data/**/*.parquet")):
         if set(keys) <= set(pq.read_schema(path).names):
             yield pq.read_table(path, columns=list(keys))
 

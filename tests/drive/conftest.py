@@ -93,9 +93,11 @@ def agent(envs: list[LlakeySimEnv], script: Script) -> Agent:
         transformer_layers=1,
         transformer_heads=2,
         dtype="float32",
+        state_names=list(schema.SIM_STATE_NAMES),
+        workspace=[list(bounds) for bounds in schema.WORKSPACE],
     )
     config = LlakeyConfig(action=action, commander="oracle", device="cpu", push_to_hub=False)
-    features = dataset_to_policy_features(schema.keystep_features(SIZE, SIZE))
+    features = dataset_to_policy_features(schema.dataset_features(dict.fromkeys(schema.CAMERAS, (SIZE, SIZE))))
     config.output_features = {schema.ACTION: features.pop(schema.ACTION)}
     config.input_features = features
     policy = LlakeyPolicy(config).eval()

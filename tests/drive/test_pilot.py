@@ -38,23 +38,6 @@ def test_unreadable_words_are_shown_with_what_takes_their_place(pilot: Pilot, sc
     assert pilot.act()[1].source == "fallback"
 
 
-def test_words_asked_for_again_are_those_that_are_done(
-    pilot: Pilot, agent: Agent, script: Any, observation: Any
-) -> None:
-    agent.policy.loop.config = replace(agent.policy.config, ask_again=True)
-
-    def ask(*arguments: Any, sample: bool = False, seeds: Any = ()) -> list[Said]:
-        asked = sample or (len(arguments) > 3 and arguments[3])
-        return [Said("grasp the lid", "policy", 0.2) if asked else Said("dance", "policy", 0.5)]
-
-    script.ask = ask
-    pilot.reset()
-    proposal = pilot.propose(GOAL, observation)
-    assert (proposal.instruction, proposal.likelihood) == ("grasp the lid", 0.2)
-    _, step = pilot.act()
-    assert (step.instruction, step.asked_again) == ("grasp the lid", 1)
-
-
 def test_a_person_comes_first_and_a_goal_reaches_the_policy(pilot: Pilot, script: Any, observation: Any) -> None:
     pilot.reset()
     pilot.corrections.change_task(ROW, "open the bottom drawer")

@@ -17,9 +17,14 @@ DESIGNS = pytest.mark.parametrize(
         {"design": "rvt2", "rotation": "bins_in_turn", "condition_on": "task", "use_timestep": True},
         {"stages": 1, "rotation": "sixd"},
         {"rotation": "bins_in_turn", "condition_on": "both", "use_timestep": True},
-        {"pose_context": True},
     ],
-    ids=["rvt", "rvt-twice", "rvt2", "small-once", "small-in-turn", "small-in-context"],
+    ids=[
+        "rvt",
+        "rvt-twice",
+        "rvt2",
+        "small-once",
+        "small-in-turn",
+    ],
 )
 
 # A softmax weighs differences, so what is added to all that it weighs has no say: these gradients are rounding errors,
@@ -154,7 +159,9 @@ def test_bfloat16_stays_close_to_float32():
 
 
 def test_a_dataset_without_instructions_is_refused_unless_the_task_steers():
-    meta = SimpleNamespace(features={key: {} for key in schema.keystep_features() if key != schema.INSTRUCTION})
+    meta = SimpleNamespace(
+        features={key: value for key, value in schema.dataset_features().items() if key != schema.INSTRUCTION}
+    )
 
     with pytest.raises(ValueError, match="without instruction columns"):
         LlakeyActionPolicy(small_config(), dataset_meta=meta)
@@ -178,15 +185,6 @@ def test_every_design_trains_all_it_has_and_decides_alike_once_saved(settings, t
     assert action.shape == (2, schema.ACTION_DIM) and action.isfinite().all()
     policy.save_pretrained(tmp_path)
     assert torch.equal(LlakeyActionPolicy.from_pretrained(tmp_path).select_action(batch), action)
-
-
-@pytest.mark.parametrize("context", [False, True])
-def test_the_pose_is_read_from_the_first_stage_too_only_where_that_is_asked_for(context):
-    policy = make_policy(pose_context=context, position_weight=0.0)
-    loss, _ = policy.forward(observation(rows=2)[0])
-    loss.backward()
-    patches = policy.coarse.network.stem.linear.weight.grad
-    assert (patches is not None and bool(patches.any())) == context
 
 
 @DESIGNS

