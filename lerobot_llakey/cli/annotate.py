@@ -18,6 +18,7 @@ from lerobot_llakey.datasets.opening import open_dataset
 from lerobot_llakey.datasets.wording import ask_instructions, read_instructions, write_template
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.folders import refuse_occupied
+from lerobot_llakey.grammar import BASIC, Grammar
 
 
 @dataclass
@@ -31,6 +32,7 @@ class AnnotateConfig:
         instructions: CSV or JSON file of instructions; they are asked for without it.
         output_repo_id: name of the demonstrations.
         output_root: their folder; by default LeRobot's home folder.
+        grammar: which texts are instructions: basic, free (any sentence), or a YAML file (docs/words.md).
         ignore_collision: whether the planner may touch things on the way to a keyframe.
         min_rest: seconds that the robot rests at a keyframe at least.
         arm_tolerance: radians that a resting joint may stray.
@@ -45,6 +47,7 @@ class AnnotateConfig:
     instructions: Path | None = None
     output_repo_id: str | None = None
     output_root: Path | None = None
+    grammar: str = BASIC
     ignore_collision: bool = True
     min_rest: float = 0.2
     arm_tolerance: float = 0.01
@@ -61,6 +64,7 @@ def run(config: AnnotateConfig) -> None:
     root = config.output_root or HF_LEROBOT_HOME / (config.output_repo_id or "")
     if config.template is None:
         refuse_occupied(root)  # before a person types anything
+    grammar = Grammar.load(config.grammar)
     source = open_dataset(config.repo_id, config.root)
     found = find_keyframes(
         source,
@@ -75,8 +79,12 @@ def run(config: AnnotateConfig) -> None:
         print(f"to fill in: {config.template}")
         return
     assert config.output_repo_id is not None
-    instructions = read_instructions(config.instructions) if config.instructions else ask_instructions(found)
-    annotate(source, found, instructions, root, config.output_repo_id, ignore_collision=config.ignore_collision)
+    if config.instructions:
+        instructions = read_instructions(config.instructions, grammar)
+    else:
+        instructions = ask_instructions(found, grammar=grammar)
+    name, ignore_collision = config.output_repo_id, config.ignore_collision
+    annotate(source, found, instructions, root, name, ignore_collision=ignore_collision, grammar=grammar)
     print(f"demonstrations: {root}")
     if config.push_to_hub:
         from lerobot_llakey.datasets.card import push

@@ -26,6 +26,8 @@ from lerobot_llakey.datasets.wording import by_place, refuse_outside_grammar
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.files import check_writable
 from lerobot_llakey.folders import new_folder, refuse_occupied
+from lerobot_llakey.grammar import INFO_KEY, Grammar
+from lerobot_llakey.instructions import BASIC_GRAMMAR
 from lerobot_llakey.keyframes import discover_keyframes
 from lerobot_llakey.labels import Labels, label
 
@@ -79,6 +81,7 @@ def annotate(
     repo_id: str,
     *,
     ignore_collision: bool = True,
+    grammar: Grammar = BASIC_GRAMMAR,
 ) -> LeRobotDataset:
     """Write a copy of a dataset with the contract's keyframe and instruction columns.
 
@@ -93,6 +96,7 @@ def annotate(
         root: folder of the copy, which must not exist yet.
         repo_id: its name.
         ignore_collision: whether the planner may touch things on the way to a keyframe: recordings do not tell.
+        grammar: of the instructions; the copy keeps it.
 
     Raises:
         LlakeyError: if an episode's instructions are missing, not as many as its segments, or outside the grammar, or
@@ -100,7 +104,8 @@ def annotate(
         FileInTheWayError: if the folder exists.
     """
     refuse_occupied(root)
-    refuse_outside_grammar(by_place({episode.episode: instructions.get(episode.episode, ()) for episode in found}))
+    spoken = {episode.episode: instructions.get(episode.episode, ()) for episode in found}
+    refuse_outside_grammar(by_place(spoken), grammar=grammar)
     labels = [_label(episode, instructions.get(episode.episode, ()), ignore_collision) for episode in found]
     kept = (schema.EPISODE_SEED, schema.EPISODE_VARIATION, schema.EPISODE_SEQUENCE, *schema.LATER_COLUMNS)
     columns = {
@@ -109,13 +114,14 @@ def annotate(
     check_writable(root, sum(file.stat().st_size for file in source.root.rglob("*") if file.is_file()))
     with new_folder(root) as folder:
         shutil.copytree(source.root, folder, ignore=shutil.ignore_patterns("README.md", ".cache"))
-        _relabel(folder, columns)
+        _relabel(folder, columns, grammar)
     return LeRobotDataset(repo_id, root=root)
 
 
-def _relabel(root: Path, columns: Mapping[str, np.ndarray]) -> None:
+def _relabel(root: Path, columns: Mapping[str, np.ndarray], grammar: Grammar) -> None:
     """Set a dataset's columns, their statistics and LeRobot's own column of instructions."""
     features = schema.demonstration_features(cameras=())
+    features[schema.INSTRUCTION]["info"] = {INFO_KEY: grammar.to_data()}
 
     def of(table: pa.Table) -> dict[str, pa.Array]:
         rows = table["index"].to_numpy()

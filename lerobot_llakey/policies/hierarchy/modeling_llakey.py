@@ -64,6 +64,9 @@ class LlakeyPolicy(CheckedWeights, PublishedPolicy):
             part.device = config.device
             part.input_features = part.input_features or dict(config.input_features or {})
             part.output_features = part.output_features or dict(config.output_features or {})
+        if dataset_meta is not None:
+            config.learn_grammar(dataset_meta.features)
+        config.share_grammar()
         check_training_dataset(config, dataset_meta)
         self.command: LlakeyCommandPolicy | None = None
         if config.has_command and config.command_path is None:
@@ -85,6 +88,7 @@ class LlakeyPolicy(CheckedWeights, PublishedPolicy):
             self.action = load_part(LlakeyActionPolicy, config.action_path, config.device, config.action)
             config.action = self.action.config
         config.command_path = config.action_path = None
+        config.share_grammar()
         parts: list[PreTrainedConfig] = [config.action, config.command] if config.has_command else [config.action]
         # Only what the parts read: LeRobot's normaliser would trip over a dataset's text columns.
         config.input_features = {schema.STATE: PolicyFeature(FeatureType.STATE, (schema.STATE_DIM,))}
