@@ -91,13 +91,10 @@ class Grammar:
             LlakeyError: if it is no grammar, naming the template and the fault.
         """
         try:
-            return _from_text(json.dumps(BASIC if data is None else data))
+            text = json.dumps(BASIC if data is None else data)
         except (TypeError, ValueError) as error:
-            if isinstance(error, LlakeyError):
-                raise
-            raise LlakeyError(
-                f"Expected a grammar's data, got something else ({said(error, 200)}); correct it."
-            ) from error
+            raise LlakeyError(f"Expected a grammar's data, got {said(error, 200)}; correct it.") from error
+        return _from_text(text)
 
     def to_data(self) -> str | dict[str, Any]:
         """The whole grammar as plain data for JSON, or its name."""

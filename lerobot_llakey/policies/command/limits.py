@@ -71,8 +71,8 @@ def check_texts(config: LlakeyCommandConfig) -> None:
     if config.target == "instruction" and wrong:
         raise LlakeyError(
             f"Expected instructions of {config.rules.name}, got {len(wrong)} outside it "
-            f"({', '.join(repr(text[:60]) for text in wrong[:_SHOWN])}), which would never be carried out; reword them, add a "
-            "template, or choose --policy.grammar=free."
+            f"({', '.join(repr(text[:60]) for text in wrong[:_SHOWN])}), which would never be carried "
+            "out; reword them, add a template, or choose --policy.grammar=free."
         )
 
 

@@ -50,8 +50,8 @@ class LlakeyConfig(KeyframePolicyConfig):
         repeat_threshold: how often the same instruction may be repeated before random moves begin.
         random_move_probability: chance of a random move at each step after that.
         random_move_radius: metres around the gripper within which a random move ends.
-        fallback_instruction: done where nothing valid was ever commanded. None takes the grammar's plain move straight up
-            ("raise the robotic arm"); where it has none, the arm keeps still and an error says so.
+        fallback_instruction: done where nothing valid was ever commanded. None takes the grammar's plain move straight
+            up ("raise the robotic arm"); where it has none, the arm keeps still and an error says so.
         screw_about_tool_axis: let a hand that is told to screw turn about and move along its own z axis only.
         raise_upward: let a hand that is told to raise itself move straight up only.
         ask_again: ask the command policy again, with sampling, where its words cannot be read, or repeat what did not

@@ -124,8 +124,8 @@ class Supervisor:
             instruction = self.previous or self.settings.fallback
         if instruction is None:
             raise LlakeyError(
-                f"Expected an instruction of {self.settings.grammar.name}, got {text[:80]!r} and none before it, so the "
-                "arm keeps still; set --policy.fallback_instruction to what is done then."
+                f"Expected an instruction of {self.settings.grammar.name}, got {text[:80]!r} and none before it, so "
+                "the arm keeps still; set --policy.fallback_instruction to what is done then."
             )
         counted = counted and self.settings.count_repeats
         self.repeats = self.repeats + 1 if counted and instruction == self.previous else 0

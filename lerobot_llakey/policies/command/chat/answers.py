@@ -28,6 +28,10 @@ def first_instruction(text: str, grammar: Grammar) -> str:
     Returns:
         One line, which need not be in the grammar; "" where nothing was written. Long lines are cut, and what stands
         after some hundred lines is not looked at.
+
+    Args:
+        text: as the model wrote it.
+        grammar: of the answers.
     """
     written = filter(str.strip, _THOUGHTS.sub("", text).partition(STOP)[0].splitlines())
     lines = list(filter(None, (_bare(line.strip()[:_LONGEST_LINE]) for line in islice(written, _MOST_LINES))))
