@@ -18,15 +18,7 @@ from typing import Any
 import numpy as np
 
 from lerobot_llakey.errors import LlakeyError, said
-from lerobot_llakey.grammar_data import (
-    LONGEST,
-    NOTHING,
-    Instruction,
-    Template,
-    phrase_problem,
-    read_file,
-    read_rules,
-)
+from lerobot_llakey.grammar_data import LONGEST, NOTHING, Instruction, Template, phrase_problem, read_file, read_rules
 from lerobot_llakey.grammar_overlap import SLOT
 from lerobot_llakey.sentences import SENTENCE, read_sentence, shortened
 

@@ -95,7 +95,7 @@ def test_texts_outside_the_grammar_and_two_grammars_are_refused(tmp_path: Path) 
     with pytest.raises(LlakeyError, match="--grammar=free"):
         make_policy(tiny_config(), ds_meta=unnamed.meta)
     own = _worded(tmp_path / "own", "own", OWN)
-    with pytest.raises(LlakeyError, match="one grammar in --policy.grammar and the dataset"):
+    with pytest.raises(LlakeyError, match=r"one grammar in --policy.grammar and the dataset"):
         make_policy(tiny_config(grammar="free"), ds_meta=own.meta)
     with pytest.raises(LlakeyError, match="one grammar in the policy and its parts"):
         LlakeyConfig(
