@@ -6,7 +6,9 @@ import re
 from collections.abc import Iterable
 from difflib import SequenceMatcher, get_close_matches
 
-from lerobot_llakey import instructions
+from lerobot_llakey.grammar import Grammar
+from lerobot_llakey.grammar_data import LONGEST
+from lerobot_llakey.instructions import BASIC_GRAMMAR
 
 _SLOT = re.compile(r"\{(\w+)\}")
 _FORMS, _NEAR, _VERB_WEIGHT = 3, 0.6, 2.0
@@ -18,16 +20,17 @@ def nearest_known(text: str, known: Iterable[str]) -> str | None:
     return found[0] if found else None
 
 
-def nearest_forms(text: str, count: int = _FORMS) -> list[str]:
+def nearest_forms(text: str, count: int = _FORMS, grammar: Grammar = BASIC_GRAMMAR) -> list[str]:
     """The forms of basic actions that read most like a text, best first, as "grasp <thing>"; one for each template.
 
     Only the words of a form count, not what fills it: its verb, looked for where the text begins, counts twice.
     """
     words = _plain(text).split()
-    best = [
-        max(template.texts, key=lambda form: _likeness(words, form)) for template in instructions.TEMPLATES.values()
+    best = [max(template.texts, key=lambda form: _likeness(words, form)) for template in grammar.templates.values()]
+    return [
+        _shown(form, grammar.poses)
+        for form in sorted(best, key=lambda form: _likeness(words, form), reverse=True)[:count]
     ]
-    return [_shown(form) for form in sorted(best, key=lambda form: _likeness(words, form), reverse=True)[:count]]
 
 
 def _likeness(words: list[str], form: str) -> tuple[float, int]:
@@ -41,12 +44,12 @@ def _nearest(word: str, words: list[str]) -> float:
     return max((SequenceMatcher(None, word, other).ratio() for other in words), default=0.0)
 
 
-def _shown(form: str) -> str:
-    poses = "|".join(instructions.POSES)
+def _shown(form: str, given: Iterable[str]) -> str:
+    poses = "|".join(given)
     return _SLOT.sub(lambda slot: f"<{poses}>" if slot[1] == "pose" else f"<{slot[1]}>", form)
 
 
 def _plain(text: str) -> str:
     """The beginning of a text: what is compared takes the product of the lengths."""
-    text = text[: instructions.LONGEST]
+    text = text[:LONGEST]
     return " ".join(text.lower().split()).removesuffix(".")

@@ -10,15 +10,20 @@ import pytest
 PACKAGE = Path(__file__).parent.parent / "lerobot_llakey"
 
 FOUNDATION = {"geometry", "schema"}
-WORDS = FOUNDATION | {"hand", "instructions", "hints", "keyframes"}
+GRAMMAR = {"sentences", "grammar_overlap", "grammar_data", "grammar"}
+WORDS = FOUNDATION | GRAMMAR | {"hand", "instructions", "hints", "keyframes"}
 POLICIES = {"policies.action", "policies.command", "policies.hierarchy"}
 
 MAY_IMPORT: dict[str, set[str]] = {
     "schema": set(),
     "geometry": {"schema"},
     "hand": {"schema"},
-    "instructions": FOUNDATION,
-    "hints": FOUNDATION | {"instructions"},
+    "sentences": set(),
+    "grammar_overlap": set(),
+    "grammar_data": {"grammar_overlap"},
+    "grammar": GRAMMAR,
+    "instructions": GRAMMAR,
+    "hints": GRAMMAR | {"instructions"},
     "keyframes": FOUNDATION,
     "errors": set(),
     "files": set(),

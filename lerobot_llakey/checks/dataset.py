@@ -27,6 +27,7 @@ from lerobot_llakey.checks.numbers import check_action, check_finite, check_stat
 from lerobot_llakey.checks.order import check_keyframes, check_order, is_dense
 from lerobot_llakey.checks.texts import check_instructions, check_segments, check_tasks
 from lerobot_llakey.errors import LlakeyError
+from lerobot_llakey.grammar import of_features
 
 _CHECKED = "_llakey_checked"
 
@@ -165,7 +166,7 @@ def _of_columns(columns: Columns, needs: Needs, features: Any) -> Iterator[Findi
     if reads_action:
         yield from check_action(columns, needs.workspace)
     yield from check_weights(columns, needs.weight_key)
-    yield from check_instructions(columns, needs.columns)
+    yield from check_instructions(columns, needs.columns, of_features(features, schema.INSTRUCTION))
     yield from check_segments(columns, needs.columns)
     dense = is_dense(columns)
     yield from check_keyframes(columns, dense)

@@ -11,7 +11,8 @@ import numpy as np
 from lerobot_llakey import schema
 from lerobot_llakey.checks.columns import Columns
 from lerobot_llakey.checks.finding import Finding
-from lerobot_llakey.instructions import is_parsable
+from lerobot_llakey.grammar import Grammar
+from lerobot_llakey.sentences import LONGEST_SENTENCE
 
 LONGEST_TASK = 1000
 _CONTROL = re.compile(r"<\|?[\w/ ]{1,40}\|?>|\[/?INST\]")
@@ -19,8 +20,8 @@ _CONTROL = re.compile(r"<\|?[\w/ ]{1,40}\|?>|\[/?INST\]")
 _SHOWN = 3
 
 
-def check_instructions(columns: Columns, reads: Collection[str]) -> Iterator[Finding]:
-    """Instructions are there, of the grammar of basic actions, and no commands to a language model."""
+def check_instructions(columns: Columns, reads: Collection[str], grammar: Grammar) -> Iterator[Finding]:
+    """Instructions are there, of the dataset's grammar, and no commands to a language model."""
     for key in (schema.INSTRUCTION, schema.PREVIOUS_INSTRUCTION):
         if key not in columns or key not in reads:
             continue
@@ -29,7 +30,12 @@ def check_instructions(columns: Columns, reads: Collection[str]) -> Iterator[Fin
         if missing.any():
             yield Finding(key, "a text in every row", "none", "annotate these rows", columns.place(missing))
         counts = Counter(str(text) for text in texts if text is not None)
-        for expected, advice, wrong in _faults(counts, schema.TEXT_LENGTH, optional=key != schema.INSTRUCTION):
+        for expected, advice, wrong in _faults(
+            counts,
+            LONGEST_SENTENCE if grammar.is_free else schema.TEXT_LENGTH,
+            optional=key != schema.INSTRUCTION,
+            grammar=grammar,
+        ):
             marks = np.array([text in wrong for text in texts], dtype=bool)
             yield Finding(key, expected, _listed(wrong), advice, columns.place(marks))
 
@@ -59,12 +65,12 @@ def check_tasks(tasks: Collection[str]) -> Iterator[Finding]:
     empty = [task for task in counts if not task.strip()]
     if empty:
         yield Finding(schema.TASK, "words", "an empty text", "name the task in meta/tasks.parquet")
-    for expected, advice, wrong in _faults(counts, LONGEST_TASK, optional=True, grammar=False):
+    for expected, advice, wrong in _faults(counts, LONGEST_TASK, optional=True):
         yield Finding(schema.TASK, expected, _listed(wrong), advice)
 
 
 def _faults(
-    texts: Collection[str], longest: int, *, optional: bool, grammar: bool = True
+    texts: Collection[str], longest: int, *, optional: bool, grammar: Grammar | None = None
 ) -> Iterator[tuple[str, str, list[str]]]:
     """What is wrong with texts: what was expected, what to do, and the texts."""
     long = [text for text in texts if len(text) > longest]
@@ -75,9 +81,12 @@ def _faults(
     if control:
         yield "plain words without tokens of a language model", "leave these out", control
     known = [text for text in short if text not in control]
-    wrong = [text for text in known if not is_parsable(text) and (text.strip() or not optional)]
-    if grammar and wrong:
-        yield "basic actions such as 'grasp the red block'", "reword them, see instructions.TEMPLATES", wrong
+    if grammar is None:
+        return
+    wrong = [text for text in known if not grammar.is_parsable(text) and (text.strip() or not optional)]
+    if wrong:
+        advice = "annotate anew with --grammar=free or a grammar file that has a template for them"
+        yield f"basic actions of {grammar.name}", advice, wrong
 
 
 def _listed(texts: list[str]) -> str:

@@ -23,6 +23,7 @@ from lerobot_llakey.datasets.opening import open_dataset
 from lerobot_llakey.datasets.wording import ask_instructions, read_instructions, write_template
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.folders import refuse_occupied
+from lerobot_llakey.grammar import BASIC, Grammar
 
 
 @dataclass
@@ -42,6 +43,7 @@ class AnnotateConfig:
         gripper: name of the number that is the gripper's opening, where it is called otherwise than "gripper".
         gripper_range: its values when closed and when open, as [0,100].
         calibration: YAML or JSON file with intrinsics and extrinsics by camera name.
+        grammar: which texts are instructions: basic, free (any sentence), or a YAML file (docs/words.md).
         ignore_collision: whether the planner may touch things on the way to a keyframe.
         min_rest: seconds that the robot rests at a keyframe at least.
         arm_tolerance: radians that a resting joint may stray.
@@ -63,6 +65,7 @@ class AnnotateConfig:
     gripper: str | None = None
     gripper_range: list[float] = field(default_factory=lambda: [0.0, 1.0])
     calibration: Path | None = None
+    grammar: str = BASIC
     ignore_collision: bool = True
     min_rest: float = 0.2
     arm_tolerance: float = 0.01
@@ -81,6 +84,7 @@ def run(config: AnnotateConfig) -> None:
     root = config.output_root or HF_LEROBOT_HOME / (config.output_repo_id or "")
     if config.template is None:
         refuse_occupied(root)  # before a person types anything
+    grammar = Grammar.load(config.grammar)
     source = open_dataset(config.repo_id, config.root)
     calibration = {}
     if config.calibration is not None:
@@ -106,7 +110,10 @@ def run(config: AnnotateConfig) -> None:
         print(f"to fill in: {config.template}")
         return
     assert config.output_repo_id is not None
-    instructions = read_instructions(config.instructions) if config.instructions else ask_instructions(found)
+    if config.instructions:
+        instructions = read_instructions(config.instructions, grammar)
+    else:
+        instructions = ask_instructions(found, grammar=grammar)
     annotate(
         source,
         found,
@@ -115,6 +122,7 @@ def run(config: AnnotateConfig) -> None:
         config.output_repo_id,
         ignore_collision=config.ignore_collision,
         calibration=calibration,
+        grammar=grammar,
     )
     print(f"demonstrations: {root}")
     if config.push_to_hub:

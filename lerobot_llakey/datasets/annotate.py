@@ -29,7 +29,9 @@ from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.files import check_writable
 from lerobot_llakey.folders import new_folder, refuse_occupied
 from lerobot_llakey.geometry import continuous_quaternions
+from lerobot_llakey.grammar import INFO_KEY, Grammar
 from lerobot_llakey.hand import hand_columns, joint_columns, read_hand
+from lerobot_llakey.instructions import BASIC_GRAMMAR
 from lerobot_llakey.keyframes import discover_keyframes, pose_numbers
 from lerobot_llakey.labels import Labels, label
 
@@ -133,6 +135,7 @@ def annotate(
     *,
     ignore_collision: bool = True,
     calibration: Mapping[str, CameraCalibration] | None = None,
+    grammar: Grammar = BASIC_GRAMMAR,
 ) -> LeRobotDataset:
     """Write a copy of a dataset with the contract's state, keyframe and instruction columns.
 
@@ -148,6 +151,7 @@ def annotate(
         repo_id: its name.
         ignore_collision: whether the planner may touch things on the way to a keyframe: recordings do not tell.
         calibration: of cameras that do not move, by name; other cameras stay as they are.
+        grammar: of the instructions; the copy keeps it.
 
     Raises:
         LlakeyError: if an episode's instructions are missing, not as many as its segments, or outside the grammar, or
@@ -155,11 +159,13 @@ def annotate(
         FileInTheWayError: if the folder exists.
     """
     refuse_occupied(root)
-    refuse_outside_grammar(by_place({episode.episode: instructions.get(episode.episode, ()) for episode in found}))
+    spoken = {episode.episode: instructions.get(episode.episode, ()) for episode in found}
+    refuse_outside_grammar(by_place(spoken), grammar=grammar)
     labels = [_label(episode, instructions.get(episode.episode, ()), ignore_collision) for episode in found]
     names = found[0].names
     velocity_names, _ = velocity_columns(names)
     features = schema.label_features() | {schema.STATE: schema.vector(names)}
+    features[schema.INSTRUCTION]["info"] = {INFO_KEY: grammar.to_data()}
     kept = {schema.EPISODE_SEED, schema.EPISODE_VARIATION, schema.EPISODE_SEQUENCE, *schema.ORIGIN_COLUMNS}
     kept &= set(source.features)
     columns = {key: values for key, values in _columns(found, labels).items() if key not in kept}

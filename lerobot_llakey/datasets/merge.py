@@ -22,10 +22,12 @@ from lerobot.datasets.dataset_metadata import LeRobotDatasetMetadata
 from lerobot.datasets.io_utils import write_table_one_row_group_per_episode
 from lerobot.datasets.utils import update_chunk_file_indices
 
+from lerobot_llakey import schema
 from lerobot_llakey.datasets.opening import open_metadata
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.files import check_writable, reading
 from lerobot_llakey.folders import new_folder, refuse_occupied
+from lerobot_llakey.grammar import of_features
 
 _DEPTH_INFO = ("depth_unit", "video.depth_min", "video.depth_max", "video.shift", "video.use_log")
 
@@ -94,7 +96,9 @@ def _kind(meta: LeRobotDatasetMetadata, key: str) -> dict[str, object]:
     """What columns of the same name must share to be merged."""
     feature = meta.features[key]
     info = feature.get("info") or {}
-    kept = {name: info[name] for name in (*_DEPTH_INFO, "is_depth_map", "grammar") if name in info}
+    kept: dict[str, object] = {name: info[name] for name in (*_DEPTH_INFO, "is_depth_map") if name in info}
+    if key == schema.INSTRUCTION:
+        kept["grammar"] = of_features(meta.features, key).to_data()
     return {"dtype": feature["dtype"], "shape": tuple(feature["shape"]), "names": feature.get("names"), **kept}
 
 

@@ -7,11 +7,12 @@ import json
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from lerobot_llakey import instructions
 from lerobot_llakey.datasets.found import FoundKeyframes
 from lerobot_llakey.errors import LlakeyError, MissingFileError
 from lerobot_llakey.files import replacing
+from lerobot_llakey.grammar import Grammar
 from lerobot_llakey.hints import nearest_forms
+from lerobot_llakey.instructions import BASIC_GRAMMAR
 
 COLUMNS = ("episode", "segment", "from_second", "to_second", "instruction")
 """Columns of the CSV file that :func:`write_template` writes; reading needs the first two and the last."""
@@ -32,7 +33,7 @@ def write_template(found: Sequence[FoundKeyframes], path: Path) -> None:
                 writer.writerow((episode.episode, segment, f"{begin:.1f}", f"{end:.1f}", ""))
 
 
-def read_instructions(path: Path) -> dict[int, list[str]]:
+def read_instructions(path: Path, grammar: Grammar = BASIC_GRAMMAR) -> dict[int, list[str]]:
     """Instructions by episode, in the order of segments, from a CSV or JSON file.
 
     Raises:
@@ -46,21 +47,21 @@ def read_instructions(path: Path) -> dict[int, list[str]]:
         text = path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as error:
         raise LlakeyError(f"Expected {path} in UTF-8, got other bytes ({error.reason}); save it as UTF-8.") from error
-    return _from_json(path, text) if path.suffix == ".json" else _from_csv(path, text)
+    return _from_json(path, text, grammar) if path.suffix == ".json" else _from_csv(path, text, grammar)
 
 
-def _from_json(path: Path, text: str) -> dict[int, list[str]]:
+def _from_json(path: Path, text: str, grammar: Grammar) -> dict[int, list[str]]:
     try:
         found = {int(episode): [str(one) for one in texts] for episode, texts in json.loads(text).items()}
     except (AttributeError, RecursionError, TypeError, ValueError) as error:
         raise LlakeyError(
             f'Expected {path} to hold {{"0": ["instruction", ...], ...}}, got something else ({error}); correct it.'
         ) from error
-    refuse_outside_grammar(by_place(found), f" in {path}")
+    refuse_outside_grammar(by_place(found), f" in {path}", grammar)
     return found
 
 
-def _from_csv(path: Path, text: str) -> dict[int, list[str]]:
+def _from_csv(path: Path, text: str, grammar: Grammar) -> dict[int, list[str]]:
     rows = csv.DictReader(text.splitlines(keepends=True))
     by_segment: dict[tuple[int, int], str] = {}
     lines: dict[str, str] = {}
@@ -88,11 +89,13 @@ def _from_csv(path: Path, text: str) -> dict[int, list[str]]:
                 "number the segments from 0 without gaps."
             )
         found[episode].append(by_segment[episode, segment])
-    refuse_outside_grammar(lines, f" in {path}")
+    refuse_outside_grammar(lines, f" in {path}", grammar)
     return found
 
 
-def ask_instructions(found: Sequence[FoundKeyframes], ask: Callable[[str], str] = input) -> dict[int, list[str]]:
+def ask_instructions(
+    found: Sequence[FoundKeyframes], ask: Callable[[str], str] = input, grammar: Grammar = BASIC_GRAMMAR
+) -> dict[int, list[str]]:
     """Ask a person for every segment's instruction; an empty answer takes the one of the same segment before.
 
     What is outside the grammar is asked for again, with the nearest form.
@@ -100,6 +103,7 @@ def ask_instructions(found: Sequence[FoundKeyframes], ask: Callable[[str], str] 
     Args:
         found: episodes with their keyframes.
         ask: shows a prompt and returns what was typed.
+        grammar: of what may be said.
 
     Raises:
         LlakeyError: if the input ends before.
@@ -123,8 +127,8 @@ def ask_instructions(found: Sequence[FoundKeyframes], ask: Callable[[str], str] 
                         f"Expected an instruction for segment {segment} of episode {episode.episode}, got the end of "
                         "the input; type all of them, or give a file with --instructions."
                     ) from error
-                if text and not instructions.is_parsable(text):
-                    prompt, text = f"not a basic action; the nearest form is {_nearest(text)}. {question}", ""
+                if text and not grammar.is_parsable(text):
+                    prompt, text = f"not a basic action{_nearest(text, grammar)}. {question}", ""
             before[place] = text
             texts.append(text)
         answers[episode.episode] = texts
@@ -140,27 +144,30 @@ def by_place(texts: Mapping[int, Sequence[str]]) -> dict[str, str]:
     }
 
 
-def refuse_outside_grammar(texts: Mapping[str, str], where: str = "") -> None:
+def refuse_outside_grammar(texts: Mapping[str, str], where: str = "", grammar: Grammar = BASIC_GRAMMAR) -> None:
     """Refuse instructions that a policy could be trained on, but that would never be carried out; empty ones pass.
 
     Args:
         texts: instructions by where they stand.
         where: what an error says of all of them.
+        grammar: that they must be of.
 
     Raises:
         LlakeyError: with all that are outside the grammar, where they stand, and the nearest form of each.
     """
     places: dict[str, list[str]] = {}
     for place, text in texts.items():
-        if text.strip() and not instructions.is_parsable(text):
+        if text.strip() and not grammar.is_parsable(text):
             places.setdefault(text, []).append(place)
     if places:
-        listed = [f"{text!r} ({', '.join(found)}; nearest: {_nearest(text)})" for text, found in places.items()]
+        listed = [f"{text!r} ({', '.join(found)}{_nearest(text, grammar)})" for text, found in places.items()]
         count = sum(map(len, places.values()))
         raise LlakeyError(
-            f"Expected basic actions of the grammar, got {count} outside it{where}: {'; '.join(listed)}; correct them."
+            f"Expected basic actions of {grammar.name}, got {count} outside it{where}: {'; '.join(listed)}; correct "
+            "them, add a template to a grammar file, or choose --grammar=free."
         )
 
 
-def _nearest(text: str) -> str:
-    return repr(nearest_forms(text[:200], count=1)[0])
+def _nearest(text: str, grammar: Grammar) -> str:
+    forms = nearest_forms(text[:200], 1, grammar)
+    return f"; the nearest form is {forms[0]!r}" if forms else ""

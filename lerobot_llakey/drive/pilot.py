@@ -64,7 +64,7 @@ class Pilot:
             )
         self._agent, self._policy = agent, policy
         self._remembering = Remembering(policy.commander)
-        self.corrections = Corrections(self._remembering, free_text=policy.config.commander == "task")
+        self.corrections = Corrections(self._remembering, grammar=policy.config.spoken)
         policy.commander = self.corrections
         self.known: Sequence[str] = tuple(policy.config.command.instructions)
         self._batch: dict[str, Any] = {}

@@ -49,7 +49,7 @@ class Session:
         pause_seconds: float = 1.0,
     ) -> None:
         self.known = pilot.known
-        self.free_text = pilot.corrections.free_text
+        self.grammar = pilot.corrections.grammar
         self._corrections = pilot.corrections
         self._split = split
         self._board = Board()
@@ -154,10 +154,10 @@ class Session:
         Raises:
             LlakeyError: if the text is no basic action, or there is no episode; nothing changes then.
         """
-        text = _text("an instruction", text, None if not self.free_text else LONGEST_GOAL)
+        text = _text("an instruction", text, LONGEST_GOAL if self.grammar.is_free else None)
         if hold not in get_args(Hold):
             raise LlakeyError(f"Expected how long the words hold, out of {get_args(Hold)}, got {hold!r}; pick one.")
-        instruction = text.strip() if self.free_text else read_instruction(text, self.known)
+        instruction = read_instruction(text, self.known, self.grammar)
         self._wish(lambda: self._corrections.say(ROW, instruction, hold))
         return instruction
 

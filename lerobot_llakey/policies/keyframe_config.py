@@ -8,10 +8,11 @@ from typing import Any, cast
 
 from lerobot.configs import PolicyFeature, PreTrainedConfig
 
-from lerobot_llakey import schema
+from lerobot_llakey import grammar, schema
 from lerobot_llakey.bounds import COUNT, SHARE, Bounds, require_box, require_settings, require_texts
 from lerobot_llakey.checks.metadata import names_of
 from lerobot_llakey.errors import LlakeyError
+from lerobot_llakey.grammar import Grammar
 from lerobot_llakey.hand import further_columns, hand_columns
 from lerobot_llakey.policies.schedule import WarmupStableDecayConfig
 from lerobot_llakey.policies.workspace import keyframe_box
@@ -31,14 +32,42 @@ class KeyframePolicyConfig(PreTrainedConfig):
     Attributes:
         scheduler_warmup_steps: steps over which the learning rate rises.
         scheduler_decay_share: share of the training's steps over which it falls to zero at the end.
+        grammar: which texts are instructions: "basic", "free", a YAML file, or a grammar's whole data, which a
+            checkpoint holds. None takes the training dataset's, and "basic" without one.
     """
 
     scheduler_warmup_steps: int = 200
     scheduler_decay_share: float = 0.25
+    grammar: dict[str, Any] | str | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
         require_settings(self, _BOUNDS)
+        if isinstance(self.grammar, str):
+            self.grammar = Grammar.load(self.grammar).to_data()
+        self.rules  # noqa: B018  # refuses broken data
+
+    @property
+    def rules(self) -> Grammar:
+        """The grammar, "basic" where none is set."""
+        return Grammar.from_data(self.grammar)
+
+    def learn_grammar(self, features: Mapping[str, Any]) -> None:
+        """Take the grammar of a dataset to train on.
+
+        Args:
+            features: of the dataset.
+
+        Raises:
+            LlakeyError: if another one is set.
+        """
+        found = grammar.of_features(features, schema.INSTRUCTION)
+        if self.grammar is not None and self.rules != found:
+            raise LlakeyError(
+                f"Expected one grammar in --policy.grammar and the dataset, got {self.rules.name} and {found.name}; "
+                "leave --policy.grammar out, or annotate the dataset with llakey annotate --grammar=..."
+            )
+        self.grammar = found.to_data()
 
     def get_scheduler_preset(self) -> WarmupStableDecayConfig:
         return WarmupStableDecayConfig(self.scheduler_warmup_steps, self.scheduler_decay_share)

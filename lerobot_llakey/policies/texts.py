@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from lerobot_llakey import instructions
 from lerobot_llakey.errors import LlakeyError
+from lerobot_llakey.grammar import Grammar
+from lerobot_llakey.sentences import LONGEST_SENTENCE, MARKER
 
-MOST_CHARACTERS = 1000
-"""Of one text: ten times the longest instruction. A language model's time and memory grow faster than its prompt."""
-_MARKER = re.compile(r"<[^<>\s][^<>]*>|\[/?[A-Z][A-Z_]+\]")
-"""What language models take for the end of an answer, a turn or an image: "<next goal>", "<image>", "[INST]"."""
 _SHOWN = 60
 
 
@@ -37,7 +33,7 @@ def text_column(
 
     Raises:
         LlakeyError: naming the key and the row if the column is missing without a default, has another length, or holds
-            what is no text, an empty text, one of more than ``MOST_CHARACTERS`` or one with a model's own marker.
+            what is no text, an empty text, one of more than ``LONGEST_SENTENCE`` or one with a model's own marker.
     """
     value = batch.get(key, default)
     if value is None:
@@ -56,26 +52,26 @@ def text_column(
     return list(texts)
 
 
-def reworded(text: str, probability: float, rng: np.random.Generator) -> str:
+def reworded(text: str, probability: float, rng: np.random.Generator, grammar: Grammar) -> str:
     """The instruction, replaced with the given probability by a wording drawn from its template's.
 
     A text outside the grammar, such as a person's own wording, has no other wording and stays as it is.
     """
     if rng.random() >= probability:
         return text
-    return instructions.paraphrase(text, rng) if instructions.is_parsable(text) else text
+    return grammar.paraphrase(text, rng) if grammar.is_parsable(text) else text
 
 
 def _check(key: str, row: int, text: Any, may_be_empty: bool) -> None:
     where = f"in batch row {row}"
     if not isinstance(text, str):
         raise LlakeyError(f"Expected a text in {key}, got {text!r} {where}; write the words into the column.")
-    if len(text) > MOST_CHARACTERS:
+    if len(text) > LONGEST_SENTENCE:
         raise LlakeyError(
-            f"Expected at most {MOST_CHARACTERS} characters in {key}, got {len(text)} {where} ({text[:_SHOWN]!r}...); "
+            f"Expected at most {LONGEST_SENTENCE} characters in {key}, got {len(text)} {where} ({text[:_SHOWN]!r}...); "
             "shorten the text."
         )
-    if marker := _MARKER.search(text):
+    if marker := MARKER.search(text):
         raise LlakeyError(
             f"Expected words alone in {key}, got {marker[0]!r} {where}, which language models read as a command of "
             "their own; take it out."

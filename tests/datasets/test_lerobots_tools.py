@@ -1,4 +1,4 @@
-"""LeRobot's own tools for editing and viewing datasets take ours, demonstrations and keysteps, and keep what they say."""
+"""LeRobot's own tools for editing and viewing datasets take ours, of both kinds, and keep what they say."""
 
 from pathlib import Path
 

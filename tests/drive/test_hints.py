@@ -2,9 +2,11 @@
 
 import pytest
 
-from lerobot_llakey import hints, instructions
+from lerobot_llakey import hints
 from lerobot_llakey.drive.hints import explain, read_instruction
+from lerobot_llakey.grammar_data import LONGEST
 from lerobot_llakey.hints import nearest_forms
+from lerobot_llakey.instructions import BASIC_GRAMMAR
 
 KNOWN = ["grasp the top handle", "grasp the bottom handle", "pull the top drawer open"]
 
@@ -26,7 +28,7 @@ def test_without_anything_near_only_forms_are_named() -> None:
 
 
 def test_a_form_with_its_slots_filled_is_read() -> None:
-    for template in instructions.TEMPLATES.values():
+    for template in BASIC_GRAMMAR.templates.values():
         for text in template.texts:
             filled = text.format(pose="top", thing="the lid", target="the jar", held="the cup")
             assert read_instruction(filled)
@@ -37,5 +39,5 @@ def test_of_a_long_text_the_beginning_is_compared_and_quoted(monkeypatch: pytest
     compared: list[str] = []
     monkeypatch.setattr(hints, "get_close_matches", lambda text, *rest, **how: compared.append(text) or [])
     said = explain("gras the top handle " * 100_000, [])
-    assert len(compared[0]) <= instructions.LONGEST and "grasp <thing>" in said
+    assert len(compared[0]) <= LONGEST and "grasp <thing>" in said
     assert len(said) < 800 and "(2000000 characters)" in said

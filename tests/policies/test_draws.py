@@ -20,7 +20,7 @@ ACTION = (
 )
 COMMAND = (
     *("image_size=32", "patch_size=16", "vision_width=16", "vision_layers=2", "vision_heads=2", "text_width=32"),
-    *("text_layers=1", "text_heads=2", "synonym_probability=0.5", "history_dropout=0.5"),
+    *("text_layers=1", "text_heads=2", "paraphrase_probability=0.5", "history_dropout=0.5"),
 )
 POLICIES = {
     "llakey_action": [f"--policy.{setting}" for setting in ACTION],

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from lerobot_llakey.errors import LlakeyError
-from lerobot_llakey.policies.texts import MOST_CHARACTERS, reworded, text_column
+from lerobot_llakey.instructions import BASIC_GRAMMAR
+from lerobot_llakey.policies.texts import reworded, text_column
+from lerobot_llakey.sentences import LONGEST_SENTENCE
 
 
 def test_one_text_a_row_whatever_the_column_holds() -> None:
@@ -49,13 +51,16 @@ def test_what_is_no_text_is_refused_with_its_row(text: object, said: str) -> Non
     assert "batch row 1" in str(raised.value) and len(str(raised.value)) < 300
 
 
-@pytest.mark.parametrize("text", ["open it if x < 3 and y > 2", "wähle [A]", "抓住红色方块", "a" * MOST_CHARACTERS])
+@pytest.mark.parametrize("text", ["open it if x < 3 and y > 2", "wähle [A]", "抓住红色方块", "a" * LONGEST_SENTENCE])
 def test_ordinary_texts_pass(text: str) -> None:
     assert text_column({"task": [text]}, "task") == [text]
 
 
 def test_rewording_keeps_unknown_texts() -> None:
     rng = np.random.default_rng(0)
-    assert {reworded("grasp the red lid", 1.0, rng) for _ in range(50)} == {"grasp the red lid", "grab the red lid"}
-    assert reworded("do what you like", 1.0, rng) == "do what you like"
-    assert reworded("grasp the red lid", 0.0, rng) == "grasp the red lid"
+    assert {reworded("grasp the red lid", 1.0, rng, BASIC_GRAMMAR) for _ in range(50)} == {
+        "grasp the red lid",
+        "grab the red lid",
+    }
+    assert reworded("do what you like", 1.0, rng, BASIC_GRAMMAR) == "do what you like"
+    assert reworded("grasp the red lid", 0.0, rng, BASIC_GRAMMAR) == "grasp the red lid"

@@ -19,6 +19,8 @@ from lerobot_llakey.evaluation.abilities.score import Score, macro
 from lerobot_llakey.evaluation.abilities.situation import SITUATIONS, situations
 from lerobot_llakey.evaluation.abilities.way_left import WAYS_LEFT, ways_left
 from lerobot_llakey.evaluation.prepared import Preprocessor, prepared
+from lerobot_llakey.grammar import Grammar, of_features
+from lerobot_llakey.instructions import BASIC_GRAMMAR
 
 SEQUENTIAL_PREDICTION = "sequential_prediction"
 ERROR_CORRECTION = "error_correction"
@@ -46,12 +48,14 @@ class Measured:
             not tell or nothing was disturbed.
         left: the answers to frames in between, by how far the hand still had to go.
         situations: all answers, by what the robot was doing.
+        grammar: of the instructions.
     """
 
     tasks: dict[str, dict[str, Score]] = field(default_factory=lambda: {name: {} for name in ABILITIES})
     events: dict[str, dict[str, Score]] = field(default_factory=lambda: {name: {} for name in ABILITIES})
     left: dict[str, Score] = field(default_factory=dict)
     situations: dict[str, Score] = field(default_factory=dict)
+    grammar: Grammar = BASIC_GRAMMAR
 
     def add(
         self, ability: str, task: str, event: str, expected: str, answer: str, left: str = "", situation: str = ""
@@ -60,13 +64,13 @@ class Measured:
 
         Where they are known it is counted under the situation as well and, between keyframes, under the way left.
         """
-        self.tasks[ability].setdefault(task, Score()).add(expected, answer)
+        self.tasks[ability].setdefault(task, Score()).add(expected, answer, self.grammar)
         if event:
-            self.events[ability].setdefault(event, Score()).add(expected, answer)
+            self.events[ability].setdefault(event, Score()).add(expected, answer, self.grammar)
         if left and ability == ERROR_CORRECTION:
-            self.left.setdefault(left, Score()).add(expected, answer)
+            self.left.setdefault(left, Score()).add(expected, answer, self.grammar)
         if situation:
-            self.situations.setdefault(situation, Score()).add(expected, answer)
+            self.situations.setdefault(situation, Score()).add(expected, answer, self.grammar)
 
     def total(self, ability: str) -> Score:
         """All answers of an ability."""
@@ -119,7 +123,7 @@ def measure(
     names = task_names(dataset)
     hand, joints = hand_places(dataset.features), joint_places(dataset.features)
     tasks = iter([names[index] for index in chosen])
-    measured = Measured()
+    measured = Measured(grammar=of_features(dataset.features, schema.INSTRUCTION))
     loader = DataLoader(
         Subset(dataset, chosen), batch_size=batch_size, num_workers=num_workers, collate_fn=lerobot_collate_fn
     )

@@ -7,8 +7,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from lerobot_llakey import instructions
 from lerobot_llakey.evaluation.protocol.statistics import wilson
+from lerobot_llakey.grammar import Grammar
+from lerobot_llakey.grammar_data import Instruction
+from lerobot_llakey.instructions import BASIC_GRAMMAR
 
 OUTSIDE = "(outside the grammar)"
 """The verb of a text that is no basic action."""
@@ -37,13 +39,13 @@ class Score:
     confusions: Counter[tuple[str, str]] = field(default_factory=Counter)
     verbs: Counter[tuple[str, str]] = field(default_factory=Counter)
 
-    def add(self, expected: str, answer: str) -> None:
+    def add(self, expected: str, answer: str, grammar: Grammar = BASIC_GRAMMAR) -> None:
         """Count one answer; an answer outside the grammar is right only if it is the expected text itself."""
-        wanted, given = instructions.parsed_or_none(expected), instructions.parsed_or_none(answer)
+        wanted, given = grammar.parsed_or_none(expected), grammar.parsed_or_none(answer)
         verb = objects = exact = answer == expected
         if wanted is not None and given is not None:
             verb = wanted.template == given.template
-            objects = _objects(wanted) == _objects(given)
+            objects = _objects(wanted, grammar) == _objects(given, grammar)
             exact = verb and wanted.arguments == given.arguments
         self.samples += 1
         self.exact, self.verb, self.objects = self.exact + exact, self.verb + verb, self.objects + objects
@@ -79,11 +81,11 @@ def macro(scores: Sequence[Score]) -> dict[str, Any]:
     return {"tasks": len(counted), "samples": sum(score.samples for score in counted), **shares}
 
 
-def _verb(instruction: instructions.Instruction | None) -> str:
+def _verb(instruction: Instruction | None) -> str:
     return OUTSIDE if instruction is None else instruction.template
 
 
-def _objects(instruction: instructions.Instruction) -> tuple[str, ...]:
+def _objects(instruction: Instruction, grammar: Grammar) -> tuple[str, ...]:
     """The noun phrases, without the pose relative to one."""
-    slots = instructions.TEMPLATES[instruction.template].slots
+    slots = grammar.slots(instruction.template)
     return tuple(text for slot, text in zip(slots, instruction.arguments, strict=True) if slot != "pose")

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from lerobot_llakey import instructions
 from lerobot_llakey.evaluation.protocol.records import ACTION, COMMAND
 from lerobot_llakey.evaluation.protocol.replay import Replay
 from lerobot_llakey.evaluation.rollout import Actor, Episode, run_episode
+from lerobot_llakey.instructions import BASIC_GRAMMAR
 from lerobot_llakey.sim.env import LlakeySimEnv
 
 
@@ -46,4 +46,4 @@ def find_blame(env: LlakeySimEnv, episode: Episode, guided: Callable[[], Actor])
 
 
 def _canonical(text: str) -> str:
-    return instructions.canonical(text) if instructions.is_parsable(text) else text
+    return BASIC_GRAMMAR.canonical(text) if BASIC_GRAMMAR.is_parsable(text) else text

@@ -32,5 +32,6 @@ def check_training_dataset(config: LlakeyActionConfig, meta: Any) -> None:
     Raises:
         LlakeyError: if a column is missing or wrong, see :mod:`lerobot_llakey.checks.dataset`.
     """
+    config.learn_grammar(meta.features)
     config.validate_instructions(meta.features)
     check_dataset(meta, dataset_needs(config))

@@ -58,7 +58,7 @@ class Answering:
         asked = [row for row, text in enumerate(held) if text is None]
         answers = self._answers(batch, asked)
         self.answered += len(answers)
-        self.unparsable += count_unparsable(answers)
+        self.unparsable += count_unparsable(answers, self.config.rules)
         self.held += len(held) - len(asked)
         given = iter(answers)
         return [next(given) if text is None else Answer(text, math.nan) for text in held]

@@ -62,7 +62,7 @@ class LlakeyCommandConfig(PretrainedModelSettings, RobotConfig):
         max_new_tokens: longest answer.
         shift_pixels: training shifts each image by up to this many pixels each way.
         colour_jitter: training scales brightness and contrast by up to this share.
-        synonym_probability: share of training answers worded anew by the grammar.
+        paraphrase_probability: share of training answers worded anew by the grammar.
         optimizer_lr: learning rate between its rise and its fall; None takes 2e-3 with Muon for the small
             model and 2e-5 with AdamW for a pretrained one.
         optimizer_weight_decay, optimizer_grad_clip_norm, scheduler_warmup_steps: the rest of the optimiser's settings.
@@ -98,7 +98,7 @@ class LlakeyCommandConfig(PretrainedModelSettings, RobotConfig):
 
     shift_pixels: int = 4
     colour_jitter: float = 0.1
-    synonym_probability: float = 0.0
+    paraphrase_probability: float = 0.0
 
     optimizer_lr: float | None = None
     optimizer_weight_decay: float = 0.05

@@ -50,7 +50,7 @@ def build_language_model(config: LlakeyCommandConfig, assets_dir: str | Path | N
         # Without words the vocabulary of a dataset is unknown; bytes and the grammar still spell everything.
         has_numbers = config.target == "action" or config.tells_state
         numbers = PoseText(config.action_bins, config.box).numbers if has_numbers else []
-        known = list(dict.fromkeys([*(config.words or grammar_words()), *numbers]))
+        known = list(dict.fromkeys([*(config.words or grammar_words(config.rules)), *numbers]))
         tokenizer = WordTokenizer(known, sentences(config.cameras, config.tells_state))
         image_tokens = (config.image_size // config.patch_size) ** 2
         words = WordEncoder(tokenizer, config.image_size, image_tokens)

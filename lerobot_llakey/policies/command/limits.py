@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from lerobot_llakey import instructions
 from lerobot_llakey.bounds import AT_LEAST_ONE, COUNT, SHARE, Bounds, require_settings, require_texts
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.command.encoding import Encoder
@@ -29,7 +28,7 @@ BOUNDS: dict[str, Bounds] = {
     "max_new_tokens": Bounds(2, 4096, whole=True),
     "shift_pixels": COUNT,
     "colour_jitter": Bounds(0, 1, open="high"),
-    "synonym_probability": SHARE,
+    "paraphrase_probability": SHARE,
     "optimizer_lr": Bounds(0, open="low", optional=True),
     "optimizer_weight_decay": Bounds(),
     "optimizer_grad_clip_norm": Bounds(),
@@ -65,11 +64,12 @@ def check_texts(config: LlakeyCommandConfig) -> None:
             "Expected words in alphabetical order, in which the weights know them, got "
             f"{', '.join(config.words[:_SHOWN])}, ...; take the checkpoint's own or sort them."
         )
-    wrong = [text for text in config.instructions if not instructions.is_parsable(text)]
+    wrong = [text for text in config.instructions if not config.rules.is_parsable(text)]
     if config.target == "instruction" and wrong:
         raise LlakeyError(
-            f"Expected instructions in the grammar of basic actions, got {len(wrong)} outside it "
-            f"({', '.join(repr(text[:60]) for text in wrong[:_SHOWN])}), which would never be carried out; reword them."
+            f"Expected instructions of {config.rules.name}, got {len(wrong)} outside it "
+            f"({', '.join(repr(text[:60]) for text in wrong[:_SHOWN])}), which would never be carried "
+            "out; reword them, add a template, or choose --policy.grammar=free."
         )
 
 

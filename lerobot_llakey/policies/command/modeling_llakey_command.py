@@ -58,7 +58,7 @@ class LlakeyCommandPolicy(Answering, CommandCheckpoints, CheckedWeights, TakesAd
     Attributes:
         chat: asks a hosted model in place of a local one, with its counts; None unless ``backend`` is "chat".
         answered: number of answers that the model gave since the policy was made.
-        unparsable: how many of them were not in the grammar of basic actions.
+        unparsable: how many of them were not in the grammar.
         held: number of rows whose instruction held, since their arm moved.
 
     Raises:
@@ -87,6 +87,7 @@ class LlakeyCommandPolicy(Answering, CommandCheckpoints, CheckedWeights, TakesAd
         if config.tells_state:
             config.input_features[schema.STATE] = PolicyFeature(FeatureType.STATE, (len(config.state_names),))
         if dataset_meta is not None:
+            config.learn_grammar(dataset_meta.features)
             if config.backend == "local":
                 check_dataset(dataset_meta, dataset_needs(config))
             self._learn_texts(dataset_meta)
@@ -114,7 +115,9 @@ class LlakeyCommandPolicy(Answering, CommandCheckpoints, CheckedWeights, TakesAd
         found = dataset_instructions(dataset_meta) if self.config.target == "instruction" else []
         self.config.instructions = sorted({*self.config.instructions, *found})
         if not self.config.words:
-            self.config.words = sorted({*grammar_words(), *known_words([*dataset_tasks(dataset_meta), *found])})
+            self.config.words = sorted(
+                {*grammar_words(self.config.rules), *known_words([*dataset_tasks(dataset_meta), *found])}
+            )
         check_texts(self.config)
 
     def get_optim_params(self) -> list[dict[str, Any]]:
@@ -209,7 +212,7 @@ class LlakeyCommandPolicy(Answering, CommandCheckpoints, CheckedWeights, TakesAd
         """The instruction in training, replaced by a synonym with some probability."""
         if rng is None or self.config.target != "instruction":
             return text
-        return reworded(text, self.config.synonym_probability, rng)
+        return reworded(text, self.config.paraphrase_probability, rng, self.config.rules)
 
     def _autocast(self, device: torch.device) -> torch.autocast:
         config = self.config

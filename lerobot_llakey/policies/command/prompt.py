@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from lerobot_llakey import instructions
+from lerobot_llakey.grammar import Grammar
 
 SYSTEM_MESSAGE = (
     "You are a helpful language and vision assistant. You are able to understand the visual content that the user "
@@ -56,13 +56,16 @@ def sentences(views: Sequence[str], tells_state: bool = False) -> list[str]:
     return [SYSTEM_MESSAGE, *(describe_view(view) for view in views), *constants]
 
 
-def answer_forms() -> str:
+def answer_forms(grammar: Grammar) -> str:
     """What to tell an untrained model about answers: the forms that a basic action may have."""
-    forms = [f"- {template.texts[0]}" for template in instructions.TEMPLATES.values()]
-    slots = (
-        f"Here {{pose}} is one of: {', '.join(instructions.POSES)}; {{thing}}, {{target}} and {{held}} are short noun "
-        'phrases such as "the red block".'
-    )
+    if grammar.is_free:
+        return ANSWER_RULE
+    forms = [f"- {template.texts[0]}" for template in grammar.templates.values()]
+    names = list(dict.fromkeys(slot for template in grammar.templates.values() for slot in template.slots))
+    phrases = [f"{{{name}}}" for name in names if name != "pose"]
+    poses = f"{{pose}} is one of: {', '.join(grammar.poses)}; " if "pose" in names else ""
+    what = " and ".join(filter(None, (", ".join(phrases[:-1]), *phrases[-1:])))
+    slots = f'Here {poses}{what} are short noun phrases such as "the red block".' if phrases else ""
     return "\n".join([f"{ANSWER_RULE} It has one of these forms:", *forms, slots])
 
 

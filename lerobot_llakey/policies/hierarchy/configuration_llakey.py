@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 
 from lerobot.configs import FeatureType, NormalizationMode, PreTrainedConfig
 
-from lerobot_llakey import instructions
 from lerobot_llakey.bounds import COUNT, POSITIVE, SHARE, Bounds, require_settings, require_texts
 from lerobot_llakey.errors import LlakeyError
+from lerobot_llakey.grammar import FREE, Grammar
 from lerobot_llakey.policies.action.configuration_llakey_action import LlakeyActionConfig
 from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
 from lerobot_llakey.policies.keyframe_config import KeyframePolicyConfig
@@ -48,7 +48,8 @@ class LlakeyConfig(KeyframePolicyConfig):
         repeat_threshold: how often the same instruction may be repeated before random moves begin.
         random_move_probability: chance of a random move at each step after that.
         random_move_radius: metres around the gripper within which a random move ends.
-        fallback_instruction: done where nothing valid was ever commanded.
+        fallback_instruction: done where nothing valid was ever commanded. None takes the grammar's plain move straight
+            up ("raise the robotic arm"); where it has none, the arm keeps still and an error says so.
         screw_about_tool_axis: let a hand that is told to screw turn about and move along its own z axis only.
         raise_upward: let a hand that is told to raise itself move straight up only.
         still_distance, still_degrees: a step that moved the hand by less than both, and the gripper by less than a
@@ -73,7 +74,7 @@ class LlakeyConfig(KeyframePolicyConfig):
     repeat_threshold: int = 3
     random_move_probability: float = 0.5
     random_move_radius: float = 0.1
-    fallback_instruction: str = "raise the robotic arm"
+    fallback_instruction: str | None = None
     screw_about_tool_axis: bool = False
     raise_upward: bool = False
     still_distance: float = 0.005
@@ -104,9 +105,37 @@ class LlakeyConfig(KeyframePolicyConfig):
             raise LlakeyError(
                 "Expected at least one part to train, got none; set train_command or train_action to true."
             )
-        for text in (self.fallback_instruction, *self.instructions):
-            instructions.parse(text)
+        self.share_grammar()
         self.command.device = self.action.device = self.device
+
+    def share_grammar(self) -> None:
+        """Give the parts one grammar: that of whoever has one.
+
+        Raises:
+            LlakeyError: if two have different ones, or instructions in the settings are outside it.
+        """
+        sharing = [self, self.action, *([self.command] if self.has_command else [])]
+        found = [one.rules for one in sharing if one.grammar is not None]
+        if differing := [other for other in found if other != found[0]]:
+            raise LlakeyError(
+                f"Expected one grammar in the policy and its parts, got {found[0].name} and {differing[0].name}; set "
+                "--policy.grammar to that of both parts, or train them with the same one."
+            )
+        for one in sharing:
+            one.grammar = found[0].to_data() if found else None
+        for text in filter(None, (self.fallback_instruction, *self.instructions)):
+            self.rules.parse(text)
+
+    @property
+    def spoken(self) -> Grammar:
+        """The grammar of what the commander says: any sentence where the task itself commands."""
+        return Grammar.load(FREE) if self.commander == "task" else self.rules
+
+    @property
+    def fallback(self) -> str | None:
+        """What is done where nothing valid was ever commanded, None to keep still."""
+        plain = [name for name in self.rules.straight_up if not self.rules.slots(name)]
+        return self.fallback_instruction or (self.rules.instruct(plain[0]) if plain else None)
 
     @property
     def has_command(self) -> bool:

@@ -5,21 +5,11 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from lerobot_llakey import instructions, schema
-
-SCREWS = ("screw_in", "screw_out")
-RAISE = "raise"
+from lerobot_llakey import schema
 
 
-def template_of(text: str) -> str | None:
-    """The basic action that a text names, None if it is outside the grammar."""
-    instruction = instructions.parsed_or_none(text)
-    return None if instruction is None else instruction.template
-
-
-def set_gripper(action: np.ndarray, text: str) -> np.ndarray:
-    """The action (9,) with the gripper that the words ask for: closed to grasp, open to release."""
-    implied = instructions.gripper_implied(text)
+def set_gripper(action: np.ndarray, implied: bool | None) -> np.ndarray:
+    """The action (9,) with the gripper that the words ask for: True open, False closed, None as it is."""
     changed = np.array(action, dtype=np.float64)
     if implied is not None:
         changed[schema.GRIPPER] = float(implied)

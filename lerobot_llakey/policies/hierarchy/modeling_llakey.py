@@ -66,6 +66,9 @@ class LlakeyPolicy(CheckedWeights, PublishedPolicy):
             part.input_features = part.input_features or dict(config.input_features or {})
             part.output_features = part.output_features or dict(config.output_features or {})
         self._texts = training_texts(dataset_meta)
+        if dataset_meta is not None:
+            config.learn_grammar(dataset_meta.features)
+        config.share_grammar()
         self.command: LlakeyCommandPolicy | None = None
         if config.has_command and config.command_path is None:
             self.command = LlakeyCommandPolicy(config.command, **context, assets_dir=assets_dir)
@@ -90,6 +93,7 @@ class LlakeyPolicy(CheckedWeights, PublishedPolicy):
             self.action = load_part(LlakeyActionPolicy, config.action_path, config.device, config.action)
             config.action = self.action.config
         config.command_path = config.action_path = None
+        config.share_grammar()
         parts: list[PreTrainedConfig] = [config.action, config.command] if config.has_command else [config.action]
         if dataset_meta is not None:  # parts that were loaded may come from another robot
             for part in (config.action, config.command):

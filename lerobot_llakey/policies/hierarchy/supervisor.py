@@ -6,8 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lerobot_llakey import instructions, schema
+from lerobot_llakey import schema
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.geometry import canonical_quaternion
+from lerobot_llakey.grammar import Grammar
+from lerobot_llakey.instructions import BASIC_GRAMMAR
 from lerobot_llakey.policies.hierarchy import implied
 from lerobot_llakey.policies.hierarchy.motion import distance, turned
 
@@ -24,8 +27,10 @@ class SupervisorSettings:
         random_move_probability: chance of a random move at each step after that.
         random_move_radius: metres around the gripper within which a random move ends.
         workspace: bounds in metres of x, y and z that a random move does not leave.
-        fallback: instruction used while nothing valid was commanded yet.
-        free_text: take any text as it is and count no repeats: for skill instructions, which stay the same throughout.
+        fallback: instruction used while nothing valid was commanded yet; with None the arm keeps still: an error says
+            so.
+        grammar: which texts are instructions, and what they imply.
+        count_repeats: whether repeats count; skill instructions stay the same throughout.
         screw_about_tool_axis: let a screwing hand turn about and move along its own z axis only.
         raise_upward: let a raised hand move straight up only.
         still_distance, still_degrees: a step that moved the hand by less than both, and the gripper by less than a
@@ -36,8 +41,9 @@ class SupervisorSettings:
     random_move_probability: float = 0.5
     random_move_radius: float = 0.1
     workspace: schema.Workspace = schema.WORKSPACE
-    fallback: str = "raise the robotic arm"
-    free_text: bool = False
+    fallback: str | None = "raise the robotic arm"
+    grammar: Grammar = BASIC_GRAMMAR
+    count_repeats: bool = True
     screw_about_tool_axis: bool = False
     raise_upward: bool = False
     still_distance: float = 0.005
@@ -98,9 +104,8 @@ class Supervisor:
 
     def reading(self, text: str) -> str | None:
         """A text as it would be carried out, None if it is outside the grammar."""
-        if self.settings.free_text:
-            return text
-        return instructions.canonical(text) if instructions.is_parsable(text) else None
+        grammar = self.settings.grammar
+        return grammar.canonical(text) if grammar.is_parsable(text) else None
 
     def accept(self, text: str, counted: bool = True) -> str:
         """The instruction to carry out now, given what the commander said.
@@ -108,13 +113,21 @@ class Supervisor:
         Args:
             text: its words.
             counted: whether they count as a repetition if they are one; a person's do not.
+
+        Raises:
+            LlakeyError: if nothing was ever said that can be read, and there is no fallback.
         """
         instruction, self.took = self.reading(text), "said"
         if instruction is None:
             self.unparsable += 1
             self.took = "previous" if self.previous else "fallback"
             instruction = self.previous or self.settings.fallback
-        counted = counted and not self.settings.free_text
+        if instruction is None:
+            raise LlakeyError(
+                f"Expected an instruction of {self.settings.grammar.name}, got {text[:80]!r} and none before it, so "
+                "the arm keeps still; set --policy.fallback_instruction to what is done then."
+            )
+        counted = counted and self.settings.count_repeats
         self.repeats = self.repeats + 1 if counted and instruction == self.previous else 0
         self.previous = instruction
         return instruction
@@ -136,12 +149,13 @@ class Supervisor:
         if self.repeats > settings.repeat_threshold and self.rng.random() < settings.random_move_probability:
             adjusted = self._random_move(state)
         else:
-            adjusted = implied.set_gripper(action, self.previous)
+            grammar, instruction = settings.grammar, settings.grammar.parsed_or_none(self.previous)
+            adjusted = implied.set_gripper(action, grammar.gripper_implied(self.previous))
             adjusted[schema.QUATERNION] = canonical_quaternion(adjusted[schema.QUATERNION])
-            template = implied.template_of(self.previous)
-            if settings.screw_about_tool_axis and template in implied.SCREWS:
+            template = None if instruction is None else instruction.template
+            if settings.screw_about_tool_axis and template in grammar.about_tool_axis:
                 adjusted = implied.about_tool_axis(adjusted, state)
-            if settings.raise_upward and template == implied.RAISE:
+            if settings.raise_upward and template in grammar.straight_up:
                 adjusted = implied.straight_up(adjusted, state)
         adjusted[schema.QUATERNION] = canonical_quaternion(adjusted[schema.QUATERNION])
         self._gripper = float(adjusted[schema.GRIPPER])

@@ -172,7 +172,7 @@ def test_pretrained_llava_trains_and_its_checkpoint_stands_alone(tiny_llava, key
 
 
 def test_synonyms_reword_training_answers_only(policy, batch, told):
-    policy.config.synonym_probability = 1.0
+    policy.config.paraphrase_probability = 1.0
     batch[schema.INSTRUCTION] = ["grasp the red block"] * 6
     for _ in range(5):
         policy.train().forward(batch)

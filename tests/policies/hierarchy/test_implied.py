@@ -3,7 +3,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from lerobot_llakey import schema
-from lerobot_llakey.policies.hierarchy.implied import about_tool_axis, set_gripper, straight_up, template_of
+from lerobot_llakey.policies.hierarchy.implied import about_tool_axis, set_gripper, straight_up
 
 
 def _pose(rng: np.random.Generator, length: int) -> np.ndarray:
@@ -58,12 +58,6 @@ def test_raising_goes_straight_up(height: float, expected: float) -> None:
 
 def test_grasping_closes_and_releasing_opens() -> None:
     action = np.full(9, 0.5)
-    assert set_gripper(action, "grasp the lid")[schema.GRIPPER] == 0.0
-    assert set_gripper(action, "release the lid")[schema.GRIPPER] == 1.0
-    assert np.array_equal(set_gripper(action, "raise the robotic arm"), action)
-
-
-def test_names_the_basic_action_of_any_wording() -> None:
-    assert template_of("twist the bulb out") == "screw_out"
-    assert template_of("lift the robotic arm") == "raise"
-    assert template_of("nonsense") is None
+    assert set_gripper(action, False)[schema.GRIPPER] == 0.0
+    assert set_gripper(action, True)[schema.GRIPPER] == 1.0
+    assert np.array_equal(set_gripper(action, None), action)

@@ -7,7 +7,8 @@ from lerobot.configs import PreTrainedConfig
 from lerobot.policies.pretrained import PreTrainedPolicy
 from safetensors.torch import load_file, save_file
 
-from lerobot_llakey import instructions, schema
+from lerobot_llakey import schema
+from lerobot_llakey.instructions import BASIC_GRAMMAR
 from lerobot_llakey.policies.hierarchy.commanders.corrections import Corrections
 from lerobot_llakey.policies.hierarchy.modeling_llakey import LlakeyPolicy
 
@@ -45,7 +46,7 @@ def test_acts_with_valid_keyframes_and_says_what_it_does(make_tiny, observation)
     assert torch.allclose(actions[:, schema.QUATERNION].norm(dim=1), torch.ones(3), atol=1e-6)
     assert len(policy.last_instructions) == 3
     for text, action in zip(policy.last_instructions, actions, strict=True):
-        implied = instructions.gripper_implied(text)
+        implied = BASIC_GRAMMAR.gripper_implied(text)
         assert implied is None or action[schema.GRIPPER] == float(implied)
 
 

@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from lerobot_llakey import schema
+from lerobot_llakey.grammar import Grammar
 from lerobot_llakey.policies.hierarchy.supervisor import Supervisor, SupervisorSettings
 
 
@@ -115,7 +116,9 @@ def test_same_seed_same_moves() -> None:
 
 
 def test_free_text_goes_through_uncounted() -> None:
-    supervisor = _supervisor(free_text=True, repeat_threshold=0, random_move_probability=1.0)
+    supervisor = _supervisor(
+        grammar=Grammar.load("free"), count_repeats=False, repeat_threshold=0, random_move_probability=1.0
+    )
     for _ in range(5):
         assert supervisor.accept("open the top drawer") == "open the top drawer"
         assert np.allclose(supervisor.adjust(_action(), _state())[:3], _action()[:3])

@@ -39,7 +39,7 @@ def read_texts(
     if config.condition_on != "task":
         parts.append(_instructions(batch, config, rows))
     if rng is not None:
-        parts[-1] = [reworded(text, config.paraphrase_probability, rng) for text in parts[-1]]
+        parts[-1] = [reworded(text, config.paraphrase_probability, rng, config.rules) for text in parts[-1]]
     return parts
 
 

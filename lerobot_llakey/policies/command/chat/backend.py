@@ -36,7 +36,7 @@ class ChatBackend:
         self.settings = config.chat
         self._views, self._history = tuple(config.cameras), bool(config.history)
         self._guidance = _guidance(config)
-        self._client = ChatClient(config.base_url, str(config.model), config.chat, config.max_new_tokens)
+        self._client = ChatClient(config.base_url, str(config.model), config.chat, config.max_new_tokens, config.rules)
 
     @property
     def counts(self) -> ChatCounts:
@@ -71,7 +71,7 @@ def _guidance(config: LlakeyCommandConfig) -> str:
     if config.chat.guidance == "none":
         return ""
     if config.chat.guidance == "forms":
-        return answer_forms()
+        return answer_forms(config.rules)
     if not config.instructions:
         raise LlakeyError(
             "Expected known instructions for chat.guidance=known, got none; list them in --policy.instructions, take "

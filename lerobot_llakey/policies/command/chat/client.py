@@ -15,8 +15,9 @@ import time
 from collections.abc import Sequence
 from typing import Any
 
-from lerobot_llakey import instructions
 from lerobot_llakey.errors import LlakeyError, said
+from lerobot_llakey.grammar import Grammar
+from lerobot_llakey.instructions import BASIC_GRAMMAR
 from lerobot_llakey.policies.command.chat.answers import first_instruction
 from lerobot_llakey.policies.command.chat.bounded import Background, bounded_http, too_long
 from lerobot_llakey.policies.command.chat.counts import ChatCounts
@@ -51,6 +52,7 @@ class ChatClient:
         model: the model's name there.
         settings: see :class:`ChatSettings`.
         max_tokens: longest answer.
+        grammar: of the answers.
 
     Attributes:
         counts: what happened so far.
@@ -59,7 +61,14 @@ class ChatClient:
         LlakeyError: if the ``openai`` package is not installed.
     """
 
-    def __init__(self, base_url: str | None, model: str, settings: ChatSettings, max_tokens: int) -> None:
+    def __init__(
+        self,
+        base_url: str | None,
+        model: str,
+        settings: ChatSettings,
+        max_tokens: int,
+        grammar: Grammar = BASIC_GRAMMAR,
+    ) -> None:
         try:
             import openai
         except ImportError:
@@ -69,6 +78,7 @@ class ChatClient:
             ) from None
         self.model = model
         self.settings = settings
+        self.grammar = grammar
         self.counts = ChatCounts()
         self._openai: Any = openai
         self._key = os.environ.get(settings.api_key_env) or NO_KEY
@@ -164,8 +174,8 @@ class ChatClient:
         if self._is_secret(text):
             return self._nonsense("an answer that repeats the API key", started)
         self._reached, self._silent_since = True, None
-        instruction = first_instruction(text)
-        unparsable = self.counts.answered(answer.retries_taken, instructions.is_parsable(instruction))
+        instruction = first_instruction(text, self.grammar)
+        unparsable = self.counts.answered(answer.retries_taken, self.grammar.is_parsable(instruction))
         if unparsable.bit_count() == 1:  # at the first, second, fourth, eighth...
             log.warning(
                 "%s answered %r, which is no basic action: %d of %d answers so far.",

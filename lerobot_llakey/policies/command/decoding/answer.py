@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from lerobot_llakey import instructions
+from lerobot_llakey.grammar import Grammar
 
 
 @dataclass(frozen=True)
@@ -26,6 +26,6 @@ class Answer:
     likelihood: float
 
 
-def count_unparsable(answers: Iterable[Answer]) -> int:
-    """How many answers are not in the grammar of basic actions."""
-    return sum(not instructions.is_parsable(answer.text) for answer in answers)
+def count_unparsable(answers: Iterable[Answer], grammar: Grammar) -> int:
+    """How many answers are not in the grammar."""
+    return sum(not grammar.is_parsable(answer.text) for answer in answers)

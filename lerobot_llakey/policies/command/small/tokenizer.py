@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 
-from lerobot_llakey import instructions
+from lerobot_llakey.grammar import Grammar
 from lerobot_llakey.policies.command.prompt import STOP
 
 PAD, BEGIN, IMAGE, SPACE = "<pad>", "<begin>", "<image>", "<space>"
@@ -13,11 +13,11 @@ _SPECIAL = (PAD, BEGIN, IMAGE, STOP, SPACE)
 _PIECE = re.compile(r"[^\W_]+|[\W_]")
 
 
-def grammar_words() -> list[str]:
+def grammar_words(grammar: Grammar) -> list[str]:
     """Every word that the templates of basic actions and their poses hold, sorted."""
-    texts = [text for template in instructions.TEMPLATES.values() for text in template.texts]
+    texts = [text for template in grammar.templates.values() for text in template.texts]
     plain = [re.sub(r"\{\w+\}", " ", text) for text in texts]
-    return known_words([*plain, *instructions.POSES])
+    return known_words([*plain, *grammar.poses])
 
 
 def known_words(texts: Iterable[str]) -> list[str]:

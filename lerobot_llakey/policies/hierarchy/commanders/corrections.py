@@ -9,8 +9,10 @@ from typing import Any, Literal
 
 import numpy as np
 
-from lerobot_llakey import instructions, schema
+from lerobot_llakey import schema
 from lerobot_llakey.errors import LlakeyError
+from lerobot_llakey.grammar import Grammar
+from lerobot_llakey.instructions import BASIC_GRAMMAR
 from lerobot_llakey.policies.hierarchy.commanders.commander import Commander, Said
 from lerobot_llakey.policies.hierarchy.motion import distance, turned
 from lerobot_llakey.policies.hierarchy.record import Step
@@ -40,7 +42,7 @@ class Corrections(Commander):
 
     Args:
         inner: who commands where the person is silent.
-        free_text: take texts outside the grammar of basic actions, for an action policy that reads skill instructions.
+        grammar: of what a person may say.
         max_steps: after how many steps a correction held until done is given up.
         reach: metres from its keyframe within which a correction is done.
         reach_degrees: the same for the hand's orientation.
@@ -49,13 +51,13 @@ class Corrections(Commander):
     def __init__(
         self,
         inner: Commander,
-        free_text: bool = False,
+        grammar: Grammar = BASIC_GRAMMAR,
         max_steps: int = 5,
         reach: float = 0.01,
         reach_degrees: float = 5.0,
     ) -> None:
         self.inner = inner
-        self.free_text = free_text
+        self.grammar = grammar
         self.max_steps = max_steps
         self.reach = reach
         self.reach_degrees = reach_degrees
@@ -79,7 +81,7 @@ class Corrections(Commander):
         """
         if hold not in ("once", "done"):
             raise LlakeyError(f"Expected hold to be 'once' or 'done', got {hold!r}; pick one of these.")
-        text = text.strip() if self.free_text else instructions.canonical(text)
+        text = self.grammar.canonical(text)
         with self._lock:
             self._corrections[row] = _Correction(text, hold)
         return text

@@ -1,13 +1,13 @@
 import pytest
 import torch
 
-from lerobot_llakey import instructions
 from lerobot_llakey.errors import LlakeyError
+from lerobot_llakey.instructions import BASIC_GRAMMAR
 from lerobot_llakey.policies.action.text.word_encoder import QueryPool, TextEncoder, TextRoles, hash_words, words_of
 
 
 def words_of_the_grammar():
-    texts = [text for template in instructions.TEMPLATES.values() for text in template.texts]
+    texts = [text for template in BASIC_GRAMMAR.templates.values() for text in template.texts]
     colours = (
         "red maroon lime green blue navy yellow cyan magenta silver gray orange olive purple teal azure violet rose"
     )

@@ -4,6 +4,7 @@ import pytest
 import torch
 
 from lerobot_llakey import schema
+from lerobot_llakey.instructions import BASIC_GRAMMAR
 from lerobot_llakey.policies.command.chat.backend import ChatBackend
 from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
 from lerobot_llakey.policies.command.modeling_llakey_command import LlakeyCommandPolicy
@@ -41,7 +42,11 @@ def test_the_system_message_says_what_answers_there_are(server, chat_config, gui
     chat_config.chat.guidance = guidance
     chat_config.instructions = ["grasp the red block", "raise the robotic arm"]
     _ask(chat_config)
-    said = {"none": "", "forms": f"\n{answer_forms()}", "known": f"\n{answer_list(chat_config.instructions)}"}
+    said = {
+        "none": "",
+        "forms": f"\n{answer_forms(BASIC_GRAMMAR)}",
+        "known": f"\n{answer_list(chat_config.instructions)}",
+    }
     system, user = server.requests[0]["messages"]
     assert system == {"role": "system", "content": SYSTEM_MESSAGE + said[guidance]}
     assert [part["type"] for part in user["content"]] == ["text", "image_url"] * 3 + ["text"]

@@ -1,13 +1,14 @@
 import pytest
 import torch
 
+from lerobot_llakey.instructions import BASIC_GRAMMAR
 from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
 from lerobot_llakey.policies.command.small.build import ConvolutionalStem, ViewProjector, build_small
 from lerobot_llakey.policies.command.small.tokenizer import WordTokenizer, grammar_words
 
 
 def test_shipped_size_is_small():
-    model = build_small(LlakeyCommandConfig(device="cpu"), WordTokenizer(grammar_words()))
+    model = build_small(LlakeyCommandConfig(device="cpu"), WordTokenizer(grammar_words(BASIC_GRAMMAR)))
     assert sum(value.numel() for value in model.parameters()) <= 12e6
 
 

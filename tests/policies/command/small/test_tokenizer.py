@@ -1,5 +1,6 @@
 import pytest
 
+from lerobot_llakey.instructions import BASIC_GRAMMAR
 from lerobot_llakey.policies.command.prompt import SYSTEM_MESSAGE
 from lerobot_llakey.policies.command.small.tokenizer import WordTokenizer, grammar_words, known_words
 
@@ -53,6 +54,6 @@ def test_ids_are_distinct_and_within_the_vocabulary(tokenizer):
 
 
 def test_grammar_words_hold_verbs_and_poses_but_no_slots():
-    words = grammar_words()
+    words = grammar_words(BASIC_GRAMMAR)
     assert {"grasp", "release", "downward", "left", "side"} <= set(words)
     assert not {"thing", "pose", "target"} & set(words)

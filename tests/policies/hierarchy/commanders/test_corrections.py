@@ -7,6 +7,7 @@ import torch
 
 from fakes_steps import a_step
 from lerobot_llakey import schema
+from lerobot_llakey.grammar import Grammar
 from lerobot_llakey.policies.hierarchy.commanders.commander import Commander, Said
 from lerobot_llakey.policies.hierarchy.commanders.corrections import Corrections
 
@@ -132,7 +133,7 @@ def test_words_outside_the_grammar_and_unknown_holds_are_refused_at_once() -> No
     with pytest.raises(ValueError, match="hold to be 'once' or 'done'"):
         corrections.say(0, "grasp the lid", hold="for ever")  # type: ignore[arg-type]
     assert corrections.held(0) is None
-    assert Corrections(Parrot(), free_text=True).say(0, "please hurry") == "please hurry"
+    assert Corrections(Parrot(), grammar=Grammar.load("free")).say(0, "please hurry") == "please hurry"
 
 
 def test_many_may_speak_while_the_loop_runs() -> None:
