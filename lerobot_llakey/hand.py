@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import torch
@@ -14,6 +15,14 @@ from lerobot_llakey.errors import LlakeyError
 _PREFIXES = ("ee", "eef", "tcp", "hand", "end_effector")
 OPENINGS = ("gripper_opening", "gripper", "gripper_pos", "gripper_position", "gripper_width")
 """Plain names of a gripper's opening."""
+
+
+def names_of(feature: Mapping[str, Any]) -> list[str]:
+    """The names of a feature's numbers, which some recorders write in groups: ``{"motors": [...]}``."""
+    names = feature.get("names")
+    if isinstance(names, Mapping):
+        names = [name for group in names.values() for name in (group if isinstance(group, list | tuple) else [group])]
+    return [] if names is None or isinstance(names, str) else [str(name) for name in names]
 
 
 def hand_columns(names: Sequence[str], key: str = schema.STATE) -> tuple[int, ...]:

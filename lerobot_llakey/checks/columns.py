@@ -13,10 +13,9 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from lerobot_llakey import schema
-from lerobot_llakey.checks.metadata import names_of
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.files import reading
-from lerobot_llakey.hand import hand_columns, joint_columns, read_hand
+from lerobot_llakey.hand import hand_columns, joint_columns, names_of, read_hand
 
 EPISODE, FRAME, INDEX, TIME, TASKS = "episode_index", "frame_index", "index", "timestamp", "task_index"
 """LeRobot's own columns."""

@@ -10,7 +10,7 @@ import numpy as np
 from lerobot_llakey import schema
 from lerobot_llakey.checks.finding import Finding
 from lerobot_llakey.errors import LlakeyError
-from lerobot_llakey.hand import hand_columns
+from lerobot_llakey.hand import hand_columns, names_of
 
 _METRES = 10.0
 """Depth in millimetres exceeds this somewhere; depth in metres does not."""
@@ -43,14 +43,6 @@ def check_shapes(features: Features, reads: Collection[str]) -> Iterator[Finding
         elif (given := names_of(features[key])) != list(wanted) and len(given) == len(wanted):
             expected, advice = f"the names {', '.join(wanted)} in this order", "reorder the column and its names"
             yield Finding(key, expected, ", ".join(given), advice)
-
-
-def names_of(feature: Mapping[str, Any]) -> list[str]:
-    """The names of a feature's numbers, which some recorders write in groups: ``{"motors": [...]}``."""
-    names = feature.get("names")
-    if isinstance(names, Mapping):
-        names = [name for group in names.values() for name in (group if isinstance(group, list | tuple) else [group])]
-    return [] if names is None or isinstance(names, str) else [str(name) for name in names]
 
 
 def sizes_of(features: Features, cameras: Sequence[str]) -> dict[str, Size]:

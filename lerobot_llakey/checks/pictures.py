@@ -15,10 +15,9 @@ import numpy as np
 
 from lerobot_llakey import schema
 from lerobot_llakey.checks.finding import Finding
-from lerobot_llakey.checks.metadata import names_of
 from lerobot_llakey.checks.views import project, readings
 from lerobot_llakey.geometry import pose_to_matrix
-from lerobot_llakey.hand import hand_columns, read_hand
+from lerobot_llakey.hand import hand_columns, names_of, read_hand
 
 FRAMES = 16
 """Frames to look at."""

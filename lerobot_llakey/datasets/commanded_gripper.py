@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from lerobot_llakey import schema
-from lerobot_llakey.checks.metadata import names_of
-from lerobot_llakey.hand import OPENINGS, plain_name
+from lerobot_llakey.hand import OPENINGS, names_of, plain_name
 from lerobot_llakey.labels import is_open
 
 _CLOSED = 0.05

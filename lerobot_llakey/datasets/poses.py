@@ -16,9 +16,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from lerobot_llakey import schema
-from lerobot_llakey.checks.metadata import names_of
 from lerobot_llakey.errors import LlakeyError
-from lerobot_llakey.hand import OPENINGS, plain_name
+from lerobot_llakey.hand import OPENINGS, names_of, plain_name
 
 _XYZ = schema.POSE_NAMES[:3]
 _ENTRY = re.compile(r"(?P<matrix>.*?)_?(?P<row>[0-3])[_,]?(?P<column>[0-3])[\])]?")

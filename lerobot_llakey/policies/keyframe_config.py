@@ -10,10 +10,9 @@ from lerobot.configs import PolicyFeature, PreTrainedConfig
 
 from lerobot_llakey import grammar, schema
 from lerobot_llakey.bounds import COUNT, SHARE, Bounds, require_box, require_settings, require_texts
-from lerobot_llakey.checks.metadata import names_of
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.grammar import Grammar
-from lerobot_llakey.hand import further_columns, hand_columns
+from lerobot_llakey.hand import further_columns, hand_columns, names_of
 from lerobot_llakey.policies.schedule import WarmupStableDecayConfig
 from lerobot_llakey.policies.workspace import keyframe_box
 

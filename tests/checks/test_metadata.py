@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from lerobot_llakey.checks.metadata import names_of
+from lerobot_llakey.hand import names_of
 
 
 @pytest.mark.parametrize(

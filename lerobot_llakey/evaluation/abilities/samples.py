@@ -9,11 +9,10 @@ import numpy as np
 from lerobot.datasets.lerobot_dataset import LeRobotDataset
 
 from lerobot_llakey import schema
-from lerobot_llakey.checks.metadata import names_of
 from lerobot_llakey.datasets.balance import Balance
 from lerobot_llakey.datasets.parts import RECORD, read_record
 from lerobot_llakey.errors import LlakeyError
-from lerobot_llakey.hand import hand_columns
+from lerobot_llakey.hand import hand_columns, names_of
 
 _ONCE = Balance(keyframe_repeats=1)
 """The paper's samples, each counted once."""
