@@ -11,7 +11,7 @@ from tqdm import tqdm
 
 from lerobot_llakey import schema
 from lerobot_llakey.evaluation.workers import run_jobs, world_of
-from lerobot_llakey.sim.disturbances import check_disturbance
+from lerobot_llakey.sim.perturbations.registry import check_disturbance
 from lerobot_llakey.sim.recorder import record
 from lerobot_llakey.sim.tasks import task_classes
 

@@ -15,8 +15,8 @@ from tqdm import tqdm
 from lerobot_llakey import schema
 from lerobot_llakey.evaluation.workers import run_jobs, world_of
 from lerobot_llakey.geometry import Pose
+from lerobot_llakey.sim.arm.planning import PlanningError
 from lerobot_llakey.sim.expert import MAX_STEPS
-from lerobot_llakey.sim.planning import PlanningError
 from lerobot_llakey.sim.world import World
 
 _SUNK = -0.03

@@ -13,8 +13,8 @@ from lerobot_llakey import schema
 from lerobot_llakey.bounds import require_count, require_number
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.geometry import Pose
+from lerobot_llakey.sim.arm.planning import PlanningError
 from lerobot_llakey.sim.cameras import RGBD, CameraRig
-from lerobot_llakey.sim.planning import PlanningError
 from lerobot_llakey.sim.settings import check_settings
 from lerobot_llakey.sim.spaces import action_space, checked_action, observation_space
 from lerobot_llakey.sim.tasks import make_task
@@ -46,7 +46,7 @@ class LlakeySimEnv(gym.Env):
         render_size: height and width in pixels of :meth:`render`.
         render_fps: frames a second of videos with one frame an action.
         detailed: show the robot's detailed meshes to people.
-        disturbance: unforeseen event that strikes once an episode (see :class:`lerobot_llakey.sim.events.Event`),
+        disturbance: unforeseen event that strikes once an episode (see :class:`lerobot_llakey.sim.perturbations.events.Event`),
             or ``imprecise``; none where empty.
 
     Raises:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from lerobot_llakey.sim.planning import PlanningError
+from lerobot_llakey.sim.arm.planning import PlanningError
 from lerobot_llakey.sim.tasks.base import Waypoint
 from lerobot_llakey.sim.world import World
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lerobot_llakey.geometry import Pose
-from lerobot_llakey.sim.planning import Planner
+from lerobot_llakey.sim.arm.planning import Planner
 from lerobot_llakey.sim.scene import TIMESTEP
 
 if TYPE_CHECKING:

@@ -59,7 +59,7 @@ def check_settings(
         require_count(f"the {name} in {prefix}render_size", edge, _SMALLEST, _LARGEST)
     if task.strip() != "all" or disturbance:
         # MuJoCo is needed from here on only, so that the settings load without it.
-        from lerobot_llakey.sim.disturbances import check_disturbance
+        from lerobot_llakey.sim.perturbations.registry import check_disturbance
         from lerobot_llakey.sim.tasks import parse_tasks
 
         parse_tasks(task)

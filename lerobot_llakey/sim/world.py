@@ -12,12 +12,12 @@ import numpy as np
 
 from lerobot_llakey.bounds import require_count
 from lerobot_llakey.geometry import Pose
-from lerobot_llakey.sim.disturbances import Disturbance, make_disturbance
-from lerobot_llakey.sim.kinematics import Kinematics
+from lerobot_llakey.sim.arm.kinematics import Kinematics
+from lerobot_llakey.sim.arm.panda import HOME_JOINTS, Robot
+from lerobot_llakey.sim.arm.planning import Held, Planner
 from lerobot_llakey.sim.motion import Motion
 from lerobot_llakey.sim.mujoco_poses import body_pose, site_pose, wxyz
-from lerobot_llakey.sim.planning import Held, Planner
-from lerobot_llakey.sim.robot import HOME_JOINTS, Robot
+from lerobot_llakey.sim.perturbations.registry import Disturbance, make_disturbance
 from lerobot_llakey.sim.scene import TIMESTEP, base_spec, vary_look
 from lerobot_llakey.sim.tasks.base import Task
 
@@ -60,7 +60,7 @@ class World:
         Args:
             seed: determines the scene completely.
             variation: the task's variation; drawn from the seed where None.
-            disturbance: out of :data:`~lerobot_llakey.sim.disturbances.DISTURBANCES`, timed by the seed and
+            disturbance: out of :data:`~lerobot_llakey.sim.perturbations.registry.DISTURBANCES`, timed by the seed and
                 the task; or None.
 
         Raises:

@@ -8,7 +8,7 @@ import pytest
 
 from lerobot_llakey import schema
 from lerobot_llakey.sim.cameras import CameraRig
-from lerobot_llakey.sim.events import EVENTS
+from lerobot_llakey.sim.perturbations.events import EVENTS
 from lerobot_llakey.sim.recorder import Episode, frame_columns, record, render_frames, waypoint_action
 from lerobot_llakey.sim.world import World
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from lerobot_llakey.sim.events import Event
 from lerobot_llakey.sim.expert import demonstrate
+from lerobot_llakey.sim.perturbations.events import Event
 from lerobot_llakey.sim.tasks import make_task
 from lerobot_llakey.sim.world import World
 

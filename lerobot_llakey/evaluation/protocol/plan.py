@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from lerobot_llakey import schema
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.evaluation.protocol.rows import Row
-from lerobot_llakey.sim.disturbances import check_disturbance
+from lerobot_llakey.sim.perturbations.registry import check_disturbance
 
 UNDISTURBED = ""
 

@@ -6,10 +6,10 @@ import mujoco
 import numpy as np
 
 from lerobot_llakey.geometry import Pose
-from lerobot_llakey.sim.meshes import add_mesh, revolve
+from lerobot_llakey.sim.arm.panda import ARM_CONTYPE
 from lerobot_llakey.sim.mujoco_poses import about_z
-from lerobot_llakey.sim.robot import ARM_CONTYPE
-from lerobot_llakey.sim.thread import FIRM, THREAD_BIT, Thread
+from lerobot_llakey.sim.objects.meshes import add_mesh, revolve
+from lerobot_llakey.sim.objects.screw_thread import FIRM, THREAD_BIT, Thread
 
 Rgba = tuple[float, float, float, float]
 

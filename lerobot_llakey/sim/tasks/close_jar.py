@@ -10,13 +10,13 @@ import numpy as np
 
 from lerobot_llakey.geometry import Pose, top_down
 from lerobot_llakey.instructions import instruct
-from lerobot_llakey.sim.colours import COLOUR_NAMES, COLOURS
-from lerobot_llakey.sim.grip import Grip, hand_yaw
+from lerobot_llakey.sim.arm.grasps import Grip, hand_yaw
+from lerobot_llakey.sim.objects.colours import COLOUR_NAMES, COLOURS
 from lerobot_llakey.sim.objects.jar import JAR_PARTS, JAR_TOP, LID_DEPTH, add_jar, add_jar_tip, add_lid
-from lerobot_llakey.sim.spots import three_spots
+from lerobot_llakey.sim.objects.placements import three_spots
+from lerobot_llakey.sim.objects.screw_thread import Thread
 from lerobot_llakey.sim.tasks.base import Task, Waypoint
 from lerobot_llakey.sim.tasks.waiting import waits_before
-from lerobot_llakey.sim.thread import Thread
 from lerobot_llakey.sim.world import World
 
 _WORDINGS = (

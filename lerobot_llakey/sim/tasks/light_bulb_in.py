@@ -9,8 +9,7 @@ import numpy as np
 
 from lerobot_llakey.geometry import Pose, top_down
 from lerobot_llakey.instructions import instruct
-from lerobot_llakey.sim.colours import COLOUR_NAMES, COLOURS
-from lerobot_llakey.sim.grip import MOST_TILT, Grip, hand_yaw
+from lerobot_llakey.sim.arm.grasps import MOST_TILT, Grip, hand_yaw
 from lerobot_llakey.sim.objects.bulb import (
     ANGLE,
     GLASS_HEIGHT,
@@ -21,11 +20,12 @@ from lerobot_llakey.sim.objects.bulb import (
     facing,
     glass_middle,
 )
+from lerobot_llakey.sim.objects.colours import COLOUR_NAMES, COLOURS
 from lerobot_llakey.sim.objects.lamp import HOLDER_HEIGHT, SEAT, add_holder, add_lamp, paint_holder, switch
-from lerobot_llakey.sim.spots import three_spots
+from lerobot_llakey.sim.objects.placements import three_spots
+from lerobot_llakey.sim.objects.screw_thread import Thread
 from lerobot_llakey.sim.tasks.base import Task, Waypoint
 from lerobot_llakey.sim.tasks.waiting import waits_before
-from lerobot_llakey.sim.thread import Thread
 
 if TYPE_CHECKING:
     from lerobot_llakey.sim.world import World

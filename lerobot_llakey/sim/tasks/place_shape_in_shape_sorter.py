@@ -10,11 +10,11 @@ from scipy.spatial.transform import Rotation
 
 from lerobot_llakey.geometry import DOWN, Pose, top_down
 from lerobot_llakey.instructions import instruct
+from lerobot_llakey.sim.arm.planning import PlanningError
 from lerobot_llakey.sim.objects import shape_sorter
-from lerobot_llakey.sim.objects.shape_places import free_spots, has_room, layout, over_sorter
+from lerobot_llakey.sim.objects.shape_placements import free_spots, has_room, layout, over_sorter
 from lerobot_llakey.sim.objects.shape_sorter import PLATE_BOTTOM, PLATE_TOP
 from lerobot_llakey.sim.objects.shapes import BODY_HEIGHT, GRIP, SHAPES, Shape, add_shape, extent
-from lerobot_llakey.sim.planning import PlanningError
 from lerobot_llakey.sim.tasks.base import Task, Waypoint
 from lerobot_llakey.sim.tasks.waiting import points_alike, waits_before
 

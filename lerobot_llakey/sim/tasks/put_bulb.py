@@ -13,7 +13,8 @@ import numpy as np
 
 from lerobot_llakey.geometry import Pose, top_down
 from lerobot_llakey.instructions import instruct
-from lerobot_llakey.sim.grip import Grip, hand_yaw
+from lerobot_llakey.sim.arm.grasps import Grip, hand_yaw
+from lerobot_llakey.sim.arm.panda import ARM_CONTYPE
 from lerobot_llakey.sim.objects.bulb import (
     ANGLE,
     GLASS_HEIGHT,
@@ -25,10 +26,9 @@ from lerobot_llakey.sim.objects.bulb import (
     facing,
     glass_middle,
 )
-from lerobot_llakey.sim.robot import ARM_CONTYPE
+from lerobot_llakey.sim.objects.screw_thread import Thread
 from lerobot_llakey.sim.tasks.base import Task, Waypoint
 from lerobot_llakey.sim.tasks.waiting import waits_before
-from lerobot_llakey.sim.thread import Thread
 
 if TYPE_CHECKING:
     from lerobot_llakey.sim.world import World

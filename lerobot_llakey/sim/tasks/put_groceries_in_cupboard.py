@@ -10,10 +10,10 @@ from scipy.spatial.transform import Rotation
 
 from lerobot_llakey.geometry import Pose, top_down
 from lerobot_llakey.instructions import instruct
-from lerobot_llakey.sim.grip import hand_yaw
-from lerobot_llakey.sim.meshes import add_mesh
+from lerobot_llakey.sim.arm.grasps import hand_yaw
 from lerobot_llakey.sim.objects.groceries import GOODS, Good, add_good
-from lerobot_llakey.sim.spots import draw_until_it_fits
+from lerobot_llakey.sim.objects.meshes import add_mesh
+from lerobot_llakey.sim.objects.placements import draw_until_it_fits
 from lerobot_llakey.sim.tasks.base import Task, Waypoint
 from lerobot_llakey.sim.tasks.waiting import waits_before
 

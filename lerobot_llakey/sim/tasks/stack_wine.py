@@ -24,7 +24,7 @@ from lerobot_llakey.sim.objects.wine import (
     on_beam,
     slot_y,
 )
-from lerobot_llakey.sim.objects.wine_places import LYING_GRIP, SIDE, draw_places
+from lerobot_llakey.sim.objects.wine_placements import LYING_GRIP, SIDE, draw_places
 from lerobot_llakey.sim.tasks.base import Task, Waypoint
 from lerobot_llakey.sim.tasks.waiting import waits_before
 

@@ -20,8 +20,8 @@ from lerobot_llakey.sim.objects.bulb import (
     glass_middle,
     glass_profile,
 )
+from lerobot_llakey.sim.objects.screw_thread import Thread
 from lerobot_llakey.sim.scene import base_spec
-from lerobot_llakey.sim.thread import Thread
 
 SEAT = 0.02
 SOCKET = np.array((0.5, 0.2, 0.0))

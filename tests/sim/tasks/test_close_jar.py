@@ -5,8 +5,8 @@ import pytest
 
 from lerobot_llakey.geometry import Pose
 from lerobot_llakey.instructions import parse
-from lerobot_llakey.sim.colours import COLOUR_NAMES
 from lerobot_llakey.sim.expert import demonstrate
+from lerobot_llakey.sim.objects.colours import COLOUR_NAMES
 from lerobot_llakey.sim.tasks.close_jar import CloseJar
 from lerobot_llakey.sim.world import World
 

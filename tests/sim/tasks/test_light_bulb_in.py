@@ -6,8 +6,8 @@ from scipy.spatial.transform import Rotation
 
 from lerobot_llakey.geometry import Pose, top_down
 from lerobot_llakey.instructions import parse
-from lerobot_llakey.sim.colours import COLOUR_NAMES, COLOURS
 from lerobot_llakey.sim.expert import demonstrate
+from lerobot_llakey.sim.objects.colours import COLOUR_NAMES, COLOURS
 from lerobot_llakey.sim.tasks.light_bulb_in import LightBulbIn
 from lerobot_llakey.sim.world import World
 

@@ -8,7 +8,7 @@ from lerobot_llakey.geometry import Pose, top_down
 from lerobot_llakey.instructions import parse
 from lerobot_llakey.sim.expert import demonstrate
 from lerobot_llakey.sim.objects.wine import LYING_HEIGHT, MIDDLE, slot_y
-from lerobot_llakey.sim.objects.wine_places import lying
+from lerobot_llakey.sim.objects.wine_placements import lying
 from lerobot_llakey.sim.tasks import make_task
 from lerobot_llakey.sim.tasks.base import Waypoint
 from lerobot_llakey.sim.world import World

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from lerobot_llakey.errors import LlakeyError
-from lerobot_llakey.sim.spots import draw_until_it_fits, three_spots
+from lerobot_llakey.sim.objects.placements import draw_until_it_fits, three_spots
 
 FALLBACK = ((0.5, 0.2), (0.5, 0.0), (0.5, -0.2))
 

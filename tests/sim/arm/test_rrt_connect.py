@@ -4,7 +4,7 @@ import itertools
 
 import numpy as np
 
-from lerobot_llakey.sim.rrt_connect import rrt_connect
+from lerobot_llakey.sim.arm.rrt_connect import rrt_connect
 
 LIMITS = np.array([[-2.0, 2.0], [-2.0, 2.0]])
 START, GOAL = np.array([-1.0, 0.0]), np.array([1.0, 0.0])

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from lerobot_llakey.geometry import Pose
-from lerobot_llakey.sim.planning import PlanningError
+from lerobot_llakey.sim.arm.planning import PlanningError
 
 if TYPE_CHECKING:
     from lerobot_llakey.sim.world import World

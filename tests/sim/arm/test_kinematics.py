@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from lerobot_llakey.geometry import Pose, top_down
-from lerobot_llakey.sim.kinematics import Kinematics, _step
-from lerobot_llakey.sim.robot import HOME_JOINTS
+from lerobot_llakey.sim.arm.kinematics import Kinematics, _step
+from lerobot_llakey.sim.arm.panda import HOME_JOINTS
 from lerobot_llakey.sim.world import World
 
 

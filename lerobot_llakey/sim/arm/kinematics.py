@@ -7,7 +7,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from lerobot_llakey.geometry import Pose
-from lerobot_llakey.sim.robot import HOME_JOINTS, Robot
+from lerobot_llakey.sim.arm.panda import HOME_JOINTS, Robot
 
 _DAMPING = 2e-4
 _POSTURE_GAIN = 0.05

@@ -8,8 +8,8 @@ import numpy as np
 
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.geometry import Pose
-from lerobot_llakey.sim.events import EVENTS, Event
-from lerobot_llakey.sim.imprecision import Imprecision
+from lerobot_llakey.sim.perturbations.events import EVENTS, Event
+from lerobot_llakey.sim.perturbations.execution_noise import Imprecision
 
 if TYPE_CHECKING:
     from lerobot_llakey.sim.world import World

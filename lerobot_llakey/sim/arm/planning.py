@@ -11,10 +11,10 @@ import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
 from lerobot_llakey.geometry import Pose
-from lerobot_llakey.sim.kinematics import Kinematics
+from lerobot_llakey.sim.arm.kinematics import Kinematics
+from lerobot_llakey.sim.arm.panda import Robot
+from lerobot_llakey.sim.arm.rrt_connect import rrt_connect
 from lerobot_llakey.sim.mujoco_poses import wxyz
-from lerobot_llakey.sim.robot import Robot
-from lerobot_llakey.sim.rrt_connect import rrt_connect
 
 _STEP_METRES, _STEP_RADIANS = 0.03, 0.15
 _MAX_JOINT_STEP = 0.6

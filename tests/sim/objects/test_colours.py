@@ -5,7 +5,7 @@ from itertools import combinations
 import numpy as np
 
 from lerobot_llakey.instructions import instruct, parse
-from lerobot_llakey.sim.colours import COLOUR_NAMES, COLOURS
+from lerobot_llakey.sim.objects.colours import COLOUR_NAMES, COLOURS
 
 
 def test_twenty_colours_within_range_and_apart() -> None:

@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from lerobot_llakey.sim.robot import ARM_JOINTS, HOME_JOINTS, VISUAL_GROUP, Robot, panda_spec
+from lerobot_llakey.sim.arm.panda import ARM_JOINTS, HOME_JOINTS, VISUAL_GROUP, Robot, panda_spec
 
 
 @pytest.fixture(scope="module")

@@ -5,8 +5,8 @@ import pytest
 
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.geometry import Pose, top_down
-from lerobot_llakey.sim.objects import shape_places
-from lerobot_llakey.sim.objects.shape_places import free_spots, has_room, layout, over_sorter
+from lerobot_llakey.sim.objects import shape_placements
+from lerobot_llakey.sim.objects.shape_placements import free_spots, has_room, layout, over_sorter
 
 SORTER = Pose(np.array((0.5, 0.0, 0.0)))
 
@@ -41,6 +41,6 @@ def test_free_spots_begin_at_the_point_itself_where_it_is_free() -> None:
 
 
 def test_a_table_without_room_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(shape_places, "_is_free", lambda *_: False)
+    monkeypatch.setattr(shape_placements, "_is_free", lambda *_: False)
     with pytest.raises(LlakeyError, match="Expected room for a sorter and its shapes"):
         layout(np.random.default_rng(0))

@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from lerobot_llakey.geometry import Pose, top_down
-from lerobot_llakey.sim.grip import MOST_TILT, Grip, hand_yaw
+from lerobot_llakey.sim.arm.grasps import MOST_TILT, Grip, hand_yaw
 
 
 def test_an_upright_thing_is_brought_by_an_upright_hand() -> None:

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from lerobot_llakey.sim.expert import demonstrate
+from lerobot_llakey.sim.objects.screw_thread import Thread
 from lerobot_llakey.sim.tasks.close_jar import CloseJar
-from lerobot_llakey.sim.thread import Thread
 from lerobot_llakey.sim.world import World
 
 

@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from lerobot_llakey.sim.meshes import add_mesh, extrude, revolve
+from lerobot_llakey.sim.objects.meshes import add_mesh, extrude, revolve
 
 
 def volume(vertices: np.ndarray, faces: np.ndarray) -> float:

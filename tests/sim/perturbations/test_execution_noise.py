@@ -1,7 +1,7 @@
 """A hand that ends beside its marks."""
 
-from lerobot_llakey.sim.disturbances import IMPRECISE
 from lerobot_llakey.sim.expert import demonstrate
+from lerobot_llakey.sim.perturbations.registry import IMPRECISE
 from lerobot_llakey.sim.tasks import make_task
 from lerobot_llakey.sim.world import World
 

@@ -6,9 +6,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from lerobot_llakey.geometry import Pose
+from lerobot_llakey.sim.objects.placements import draw_until_it_fits
 from lerobot_llakey.sim.objects.shape_sorter import HALF_SIZE, PLATE_TOP
 from lerobot_llakey.sim.objects.shapes import HEIGHT, SHAPES
-from lerobot_llakey.sim.spots import draw_until_it_fits
 
 _SORTER_X, _SORTER_Y, _HEADING = (0.42, 0.58), (-0.24, 0.24), np.deg2rad(25)
 _X, _Y, _REACH = (0.32, 0.66), (-0.33, 0.33), (0.42, 0.70)

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from lerobot_llakey.geometry import Pose, top_down
-from lerobot_llakey.sim.planning import PlanningError
-from lerobot_llakey.sim.robot import HOME_JOINTS
+from lerobot_llakey.sim.arm.panda import HOME_JOINTS
+from lerobot_llakey.sim.arm.planning import PlanningError
 from lerobot_llakey.sim.world import World
 
 

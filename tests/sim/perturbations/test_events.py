@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from lerobot_llakey.sim.events import EVENTS
 from lerobot_llakey.sim.expert import ExpertStep, demonstrate
+from lerobot_llakey.sim.perturbations.events import EVENTS
 from lerobot_llakey.sim.tasks import make_task
 from lerobot_llakey.sim.world import World
 

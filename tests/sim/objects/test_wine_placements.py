@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lerobot_llakey.sim.objects.wine_places import LYING_GRIP, draw_places, lying
+from lerobot_llakey.sim.objects.wine_placements import LYING_GRIP, draw_places, lying
 
 
 @pytest.mark.parametrize("seed", range(50))

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from lerobot_llakey.sim.disturbances import DISTURBANCES, make_disturbance
-from lerobot_llakey.sim.events import EVENTS, Event
-from lerobot_llakey.sim.imprecision import Imprecision
+from lerobot_llakey.sim.perturbations.events import EVENTS, Event
+from lerobot_llakey.sim.perturbations.execution_noise import Imprecision
+from lerobot_llakey.sim.perturbations.registry import DISTURBANCES, make_disturbance
 
 
 def test_every_name_makes_a_disturbance_that_has_not_struck() -> None:

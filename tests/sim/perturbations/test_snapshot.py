@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from lerobot_llakey.sim.snapshot import Snapshot
+from lerobot_llakey.sim.perturbations.snapshot import Snapshot
 from lerobot_llakey.sim.tasks import make_task
 from lerobot_llakey.sim.world import World
 

@@ -8,8 +8,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from lerobot_llakey.geometry import Pose
-from lerobot_llakey.sim.planning import PlanningError
-from lerobot_llakey.sim.snapshot import Snapshot
+from lerobot_llakey.sim.arm.planning import PlanningError
+from lerobot_llakey.sim.perturbations.snapshot import Snapshot
 
 if TYPE_CHECKING:
     from lerobot_llakey.sim.world import World
