@@ -43,12 +43,12 @@ def visited_frames(
     observation, _ = env.reset(seed=scene)
     frames: list[Frame] = []
     previous, stuck, over = "", False, False
-    while not over and (waypoints := env.world.task.plan(env.world)):
-        frames.append(_labelled(env, waypoints[0], previous, len(frames)))
+    while not over and (waypoint := env.expert_waypoint()):
+        frames.append(_labelled(env, waypoint, previous, len(frames)))
         action, said = actor.act(env, observation)
         helped = stuck or rng.random() < expert_share
         if helped:
-            action, said = waypoint_action(waypoints[0]), waypoints[0].instruction
+            action, said = waypoint_action(waypoint), waypoint.instruction
         before = env.world.state()
         observation, _, terminated, truncated, _ = env.step(np.asarray(action, dtype=np.float32))
         stuck = bool(np.abs(env.world.state() - before).max() < _STILL)
@@ -59,7 +59,7 @@ def visited_frames(
 
 def _labelled(env: LlakeySimEnv, waypoint: Waypoint, previous: str, step: int) -> Frame:
     """The present state with the expert's action and instruction."""
-    task, disturbance = env.world.task, env.world.disturbance
+    task, perturbation = env.simulation.task, env.simulation.perturbation
     return frame_columns(env.pictures) | {
         schema.TASK: task.description,
         schema.STATE: env.world.state(),
@@ -71,9 +71,9 @@ def _labelled(env: LlakeySimEnv, waypoint: Waypoint, previous: str, step: int) -
         schema.IS_KEYFRAME: np.array([step > 0]),
         schema.KEYFRAME_INDEX: np.array([step]),
         schema.NEXT_KEYFRAME: np.array([step + 1]),
-        schema.EPISODE_SEED: np.array([env.world.seed]),
+        schema.EPISODE_SEED: np.array([env.simulation.seed]),
         schema.EPISODE_VARIATION: np.array([int(task.variation)]),
         schema.EPISODE_SEQUENCE: np.array([int(task.sequence)]),
         schema.EPISODE_TASK: task.name,
-        schema.EPISODE_EVENT: env.disturbance if disturbance is not None and disturbance.struck else "",
+        schema.EPISODE_EVENT: env.disturbance if perturbation is not None and perturbation.struck else "",
     }

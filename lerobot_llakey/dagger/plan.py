@@ -26,8 +26,8 @@ class DaggerSettings:
         image_size: pixels of height and width.
         max_steps: actions after which an episode ends.
         expert_share: share of the actions that the expert carries out itself, so that later states are met as well.
-        disturbance: what disturbs every episode, out of :data:`~lerobot_llakey.sim.perturbations.registry.DISTURBANCES`; nothing
-            where empty.
+        disturbance: what disturbs every episode, out of
+            :data:`~lerobot_llakey.sim.perturbations.registry.DISTURBANCES`; nothing where empty.
 
     Raises:
         LlakeyError: if a number is out of range, or the split or the disturbance is unknown.

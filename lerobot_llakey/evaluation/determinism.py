@@ -59,7 +59,9 @@ def expert_actions(task: str, seed: int, split: str) -> tuple[np.ndarray, str]:
 
 def _next_waypoints(env: LlakeySimEnv) -> Iterator[np.ndarray]:
     for _ in range(_ACTIONS):
-        yield waypoint_action(env.world.task.plan(env.world)[0])
+        if (waypoint := env.expert_waypoint()) is None:
+            return
+        yield waypoint_action(waypoint)
 
 
 def digest_alone(task: str, seed: int, split: str, actions: np.ndarray) -> str:

@@ -76,8 +76,7 @@ class Expert:
 
     def act(self, env: LlakeySimEnv, observation: Mapping[str, Any]) -> tuple[np.ndarray, str]:
         """The next waypoint of the task's plan."""
-        waypoints = env.world.task.plan(env.world)
-        waypoint = waypoints[0] if waypoints else Waypoint(env.world.tool, not env.world.gripper_closed, True, "")
+        waypoint = env.expert_waypoint() or Waypoint(env.world.tool, not env.world.gripper_closed, True, "")
         return waypoint_action(waypoint), waypoint.instruction
 
 

@@ -71,7 +71,7 @@ class Worded:
 
     def act(self, env: LlakeySimEnv, observation: Mapping[str, Any]) -> tuple[np.ndarray, str]:
         """Action (9,) for one unbatched observation, and the basic instruction behind it."""
-        task = tested_wording(self._training, self._test, env.task_description, env.world.task.sequence)
+        task = tested_wording(self._training, self._test, env.task_description, env.simulation.task.sequence)
         action = self._agent.act_on(self._agent.batch(task, observation))
         instructions = getattr(self._agent.policy, "last_instructions", None) or [""]
         return action, instructions[0]

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
 
 from lerobot_llakey.sim.mujoco_poses import body_pose
-
-if TYPE_CHECKING:
-    from lerobot_llakey.sim.world import World
+from lerobot_llakey.sim.world import World
 
 THREAD_BIT = 4
 """Contact bit of what meets inside a thread: guides and nuts have it as contype, the part as conaffinity."""

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from lerobot_llakey.geometry import Pose
 from lerobot_llakey.sim.arm.planning import PlanningError
 from lerobot_llakey.sim.perturbations.snapshot import Snapshot
-
-if TYPE_CHECKING:
-    from lerobot_llakey.sim.world import World
+from lerobot_llakey.sim.simulation import Simulation
 
 EVENTS = ("drop", "block", "shift", "empty_grasp")
 """Kinds of unforeseen events: (a), (b), (c) and (d) of Figure 6."""
@@ -52,33 +48,33 @@ class Event:
         self.time: float | None = None
         self._wait: int | None = None
 
-    def execute(self, world: World, target: Pose, gripper_open: bool, ignore_collision: bool) -> None:
+    def execute(self, simulation: Simulation, target: Pose, gripper_open: bool, ignore_collision: bool) -> None:
         """Carry out one keyframe action, with the event if this is its moment."""
         self.time = None
-        if not self.struck and self._fits(world, target, gripper_open):
-            before = Snapshot.take(world)
+        if not self.struck and self._fits(simulation, target, gripper_open):
+            before = Snapshot.take(simulation)
             for _ in range(_TRIES):
-                if self._rehearse(world, before, target, gripper_open, ignore_collision):
+                if self._rehearse(simulation, before, target, gripper_open, ignore_collision):
                     self.struck = True
                     return
-        world.motion.execute(target, gripper_open, ignore_collision)
+        simulation.motion.execute(target, gripper_open, ignore_collision)
 
-    def _fits(self, world: World, target: Pose, gripper_open: bool) -> bool:
+    def _fits(self, simulation: Simulation, target: Pose, gripper_open: bool) -> bool:
         """Whether this action is one at which the event is to strike."""
         if self.kind != "drop":
-            return not gripper_open and not world.gripper_closed
-        if not world.held_bodies() or not _carries(world.tool, target):
+            return not gripper_open and not simulation.world.gripper_closed
+        if not simulation.world.held_bodies() or not _carries(simulation.world.tool, target):
             return False
         if self._wait is None:
-            self._wait = int(self.rng.integers(self._carries_left(world)))
+            self._wait = int(self.rng.integers(self._carries_left(simulation)))
         self._wait -= 1
         return self._wait < 0
 
     @staticmethod
-    def _carries_left(world: World) -> int:
+    def _carries_left(simulation: Simulation) -> int:
         """How many of the expert's remaining actions, from the present state, carry the thing somewhere."""
-        count, hand = 0, world.tool
-        for waypoint in world.task.plan(world):
+        count, hand = 0, simulation.world.tool
+        for waypoint in simulation.plan():
             count += _carries(hand, waypoint.pose)
             hand = waypoint.pose
             if waypoint.gripper_open:
@@ -86,68 +82,72 @@ class Event:
         return max(1, count)
 
     def _rehearse(
-        self, world: World, before: Snapshot, target: Pose, gripper_open: bool, ignore_collision: bool
+        self, simulation: Simulation, before: Snapshot, target: Pose, gripper_open: bool, ignore_collision: bool
     ) -> bool:
         """Try an event unseen; where the task can still be solved, do the same again in front of the cameras."""
         seed = int(self.rng.integers(2**63))
         # From the restored moment both times: the solver's warm start is a part of what decides how things fall.
-        before.restore(world)
-        with world.unobserved():
+        before.restore(simulation)
+        with simulation.clock.unobserved():
             try:
-                self._act(world, np.random.default_rng(seed), target, gripper_open, ignore_collision)
-                good = not world.held_bodies() and _solvable(world)
+                self._act(simulation, np.random.default_rng(seed), target, gripper_open, ignore_collision)
+                good = not simulation.world.held_bodies() and _solvable(simulation)
             except PlanningError:
                 good = False
         self.time = None
-        before.restore(world)
+        before.restore(simulation)
         if good:
-            self._act(world, np.random.default_rng(seed), target, gripper_open, ignore_collision)
+            self._act(simulation, np.random.default_rng(seed), target, gripper_open, ignore_collision)
         return good
 
     def _drop(
-        self, world: World, rng: np.random.Generator, target: Pose, gripper_open: bool, ignore_collision: bool
+        self, simulation: Simulation, rng: np.random.Generator, target: Pose, gripper_open: bool, ignore_collision: bool
     ) -> None:
-        motion = world.motion
+        motion = simulation.motion
         path = motion.plan(target, ignore_collision)
         first, rest = _split(path, rng.uniform(*_FALL))
         motion.follow(first)
         motion.set_gripper(True)
-        self.time = float(world.data.time)
-        world.advance(_FALL_SECONDS)
+        self.time = float(simulation.world.data.time)
+        simulation.clock.advance(_FALL_SECONDS)
         motion.follow(rest)
         motion.set_gripper(gripper_open)
         motion.rest()
 
     def _empty_grasp(
-        self, world: World, rng: np.random.Generator, target: Pose, _: bool, ignore_collision: bool
+        self, simulation: Simulation, rng: np.random.Generator, target: Pose, _: bool, ignore_collision: bool
     ) -> None:
-        world.motion.execute(target.advanced(-rng.uniform(*_SHORT_OF)), False, ignore_collision)
-        self.time = float(world.data.time)
+        simulation.motion.execute(target.advanced(-rng.uniform(*_SHORT_OF)), False, ignore_collision)
+        self.time = float(simulation.world.data.time)
 
-    def _shift(self, world: World, rng: np.random.Generator, target: Pose, _: bool, ignore_collision: bool) -> None:
+    def _shift(
+        self, simulation: Simulation, rng: np.random.Generator, target: Pose, _: bool, ignore_collision: bool
+    ) -> None:
         heading, far = rng.uniform(-np.pi, np.pi), rng.uniform(*_DRAG)
-        world.motion.execute(target, False, ignore_collision)
+        simulation.motion.execute(target, False, ignore_collision)
         dragged = target.shifted(x=far * float(np.cos(heading)), y=far * float(np.sin(heading)))
-        self._lose(world, dragged)
+        self._lose(simulation, dragged)
 
-    def _block(self, world: World, rng: np.random.Generator, target: Pose, _: bool, ignore_collision: bool) -> None:
+    def _block(
+        self, simulation: Simulation, rng: np.random.Generator, target: Pose, _: bool, ignore_collision: bool
+    ) -> None:
         angle = rng.uniform(*_TURN) * rng.choice((-1.0, 1.0))
-        world.motion.execute(target, False, ignore_collision)
+        simulation.motion.execute(target, False, ignore_collision)
         # Of the two ways to turn, the arm's joints may allow one alone.
         try:
             turned = Pose(target.position, (target.rotation * Rotation.from_euler("z", angle)).as_quat())
-            world.motion.plan(turned, True)
+            simulation.motion.plan(turned, True)
         except PlanningError:
             turned = Pose(target.position, (target.rotation * Rotation.from_euler("z", -angle)).as_quat())
-        self._lose(world, turned)
+        self._lose(simulation, turned)
 
-    def _lose(self, world: World, target: Pose) -> None:
+    def _lose(self, simulation: Simulation, target: Pose) -> None:
         """Move what was grasped, let go of it, back off and close the hand."""
-        world.motion.follow(world.motion.plan(target, True))
-        world.motion.set_gripper(True)
-        self.time = float(world.data.time)
-        world.advance(_LET_GO_SECONDS)
-        world.motion.execute(world.tool.advanced(-_RETREAT[self.kind]), False, True)
+        simulation.motion.follow(simulation.motion.plan(target, True))
+        simulation.motion.set_gripper(True)
+        self.time = float(simulation.world.data.time)
+        simulation.clock.advance(_LET_GO_SECONDS)
+        simulation.motion.execute(simulation.world.tool.advanced(-_RETREAT[self.kind]), False, True)
 
 
 def _carries(start: Pose, target: Pose) -> bool:
@@ -165,13 +165,16 @@ def _split(path: np.ndarray, share: float) -> tuple[np.ndarray, np.ndarray]:
     return np.vstack((path[before], middle)), np.vstack((middle, path[~before]))
 
 
-def _solvable(world: World) -> bool:
+def _solvable(simulation: Simulation) -> bool:
     """Whether the expert has something left to do, reaches all of it, and can put the hand around what it grasps."""
-    waypoints = world.task.plan(world)
-    joints, planner = world.robot.joints(world.data), world.motion.planner
+    waypoints = simulation.plan()
+    joints, planner = simulation.world.robot.joints(simulation.world.data), simulation.world.planner
     grasp = next((waypoint.pose for waypoint in waypoints if not waypoint.gripper_open), None)
     return (
         bool(waypoints)
-        and all(world.kinematics.solve_from_many(step.pose, joints, world.rng) is not None for step in waypoints)
-        and (grasp is None or planner.fits(world.data, grasp, world.rng))
+        and all(
+            planner.kinematics.solve_from_many(step.pose, joints, simulation.world.rng) is not None
+            for step in waypoints
+        )
+        and (grasp is None or planner.fits(simulation.world.data, grasp, simulation.world.rng))
     )

@@ -1,55 +1,36 @@
-"""What may come between the asking for an action and its carrying out."""
+"""The perturbations by name."""
 
 from __future__ import annotations
-
-from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
 from lerobot_llakey.errors import LlakeyError
-from lerobot_llakey.geometry import Pose
 from lerobot_llakey.sim.perturbations.events import EVENTS, Event
-from lerobot_llakey.sim.perturbations.execution_noise import Imprecision
-
-if TYPE_CHECKING:
-    from lerobot_llakey.sim.world import World
+from lerobot_llakey.sim.perturbations.execution_noise import ExecutionNoise
+from lerobot_llakey.sim.simulation import Perturbation
 
 IMPRECISE = "imprecise"
 DISTURBANCES = (*EVENTS, IMPRECISE)
 """What an episode can be disturbed by."""
 
 
-class Disturbance(Protocol):
-    """What comes between the asking for an action and its carrying out.
-
-    Attributes:
-        struck: whether it has struck in this episode.
-        time: simulated seconds at which it struck during the last action, None where it did not.
-    """
-
-    struck: bool
-    time: float | None
-
-    def execute(self, world: World, target: Pose, gripper_open: bool, ignore_collision: bool) -> None:
-        """Carry out one keyframe action, disturbed or not.
-
-        Raises:
-            PlanningError: as :meth:`lerobot_llakey.sim.motion.Motion.execute` does.
-        """
-
-
-def make_disturbance(kind: str, rng: np.random.Generator) -> Disturbance:
-    """The disturbance of an episode by name.
+def make_perturbation(kind: str, seed: int, task: str) -> Perturbation | None:
+    """The perturbation of an episode.
 
     Args:
-        kind: out of DISTURBANCES.
-        rng: decides when and how it strikes.
+        kind: out of DISTURBANCES; empty for none.
+        seed: of the scene; with the task it decides when and how the perturbation strikes.
+        task: name of the task.
 
     Raises:
         LlakeyError: if the kind is unknown.
     """
     check_disturbance(kind)
-    return Imprecision(rng) if kind == IMPRECISE else Event(kind, rng)
+    if not kind:
+        return None
+    # The name as well: one seed stands for a scene of each task, and their events are not to strike in step.
+    rng = np.random.default_rng((seed, 1, *task.encode()))
+    return ExecutionNoise(rng) if kind == IMPRECISE else Event(kind, rng)
 
 
 def check_disturbance(kind: str) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import mujoco
 import numpy as np
@@ -26,9 +26,7 @@ from lerobot_llakey.sim.objects.placements import three_spots
 from lerobot_llakey.sim.objects.screw_thread import Thread
 from lerobot_llakey.sim.tasks.base import Task, Waypoint
 from lerobot_llakey.sim.tasks.waiting import waits_before
-
-if TYPE_CHECKING:
-    from lerobot_llakey.sim.world import World
+from lerobot_llakey.sim.world import World
 
 _WORDINGS = (
     "screw in the {} light bulb",

@@ -7,7 +7,7 @@ do follows from the words and the picture together.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import mujoco
 import numpy as np
@@ -28,9 +28,7 @@ from lerobot_llakey.sim.objects.blocks import (
 )
 from lerobot_llakey.sim.tasks.base import Task, Waypoint
 from lerobot_llakey.sim.tasks.waiting import waits_before
-
-if TYPE_CHECKING:
-    from lerobot_llakey.sim.world import World
+from lerobot_llakey.sim.world import World
 
 INSERT, SLIDE, PULL_OUT = range(3)
 _VARIATIONS = (

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import mujoco
 import numpy as np
@@ -17,9 +17,7 @@ from lerobot_llakey.sim.objects.shape_sorter import PLATE_BOTTOM, PLATE_TOP
 from lerobot_llakey.sim.objects.shapes import BODY_HEIGHT, GRIP, SHAPES, Shape, add_shape, extent
 from lerobot_llakey.sim.tasks.base import Task, Waypoint
 from lerobot_llakey.sim.tasks.waiting import points_alike, waits_before
-
-if TYPE_CHECKING:
-    from lerobot_llakey.sim.world import World
+from lerobot_llakey.sim.world import World
 
 _WORDINGS = (
     "put the {} in the shape sorter",
@@ -202,7 +200,7 @@ class PlaceShapeInShapeSorter(Task):
 def _has_path(world: World, goal: Pose) -> bool:
     """Whether the arm reaches a pose with what it holds."""
     try:
-        world.motion.planner.plan(world.data, goal, False, world.carried(), np.random.default_rng(0))
+        world.planner.plan(world.data, goal, False, world.carried(), np.random.default_rng(0))
     except PlanningError:
         return False
     return True

@@ -6,7 +6,7 @@ Everything is there in every scene, so what to do follows from the words and the
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import mujoco
 import numpy as np
@@ -29,9 +29,7 @@ from lerobot_llakey.sim.objects.bulb import (
 from lerobot_llakey.sim.objects.screw_thread import Thread
 from lerobot_llakey.sim.tasks.base import Task, Waypoint
 from lerobot_llakey.sim.tasks.waiting import waits_before
-
-if TYPE_CHECKING:
-    from lerobot_llakey.sim.world import World
+from lerobot_llakey.sim.world import World
 
 LOOSE, SCREWED = range(2)
 _BULBS = {

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import mujoco
 import numpy as np
@@ -16,9 +16,7 @@ from lerobot_llakey.sim.objects.meshes import add_mesh
 from lerobot_llakey.sim.objects.placements import draw_until_it_fits
 from lerobot_llakey.sim.tasks.base import Task, Waypoint
 from lerobot_llakey.sim.tasks.waiting import waits_before
-
-if TYPE_CHECKING:
-    from lerobot_llakey.sim.world import World
+from lerobot_llakey.sim.world import World
 
 _WORDINGS = (
     "put the {} in the cupboard",

@@ -6,7 +6,7 @@ wrong way round and must be turned end for end. All three are there in every sce
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import mujoco
 import numpy as np
@@ -27,9 +27,7 @@ from lerobot_llakey.sim.objects.wine import (
 from lerobot_llakey.sim.objects.wine_placements import LYING_GRIP, SIDE, draw_places
 from lerobot_llakey.sim.tasks.base import Task, Waypoint
 from lerobot_llakey.sim.tasks.waiting import waits_before
-
-if TYPE_CHECKING:
-    from lerobot_llakey.sim.world import World
+from lerobot_llakey.sim.world import World
 
 BOTTLES = {"red": (0.75, 0.06, 0.10, 1.0), "green": (0.07, 0.50, 0.17, 1.0), "yellow": (0.95, 0.78, 0.12, 1.0)}
 _UPRIGHT_GRIP, _OTHER_GRIPS = 0.095, (0.045, 0.100, 0.020)

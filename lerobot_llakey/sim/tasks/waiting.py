@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from lerobot_llakey.geometry import Pose
-
-if TYPE_CHECKING:
-    from lerobot_llakey.sim.world import World
+from lerobot_llakey.sim.world import World
 
 _NEAR = 0.05
 _LEAN, _SPIN = 0.35, float(np.deg2rad(60))
