@@ -30,8 +30,8 @@ class World:
         self.robot = Robot(self.model)
         self.planner = Planner(Kinematics(self.model, self.robot), self.robot)
         self.rng = np.random.default_rng(0)
-        arrays = [name for name in dir(pristine) if isinstance(getattr(pristine, name), np.ndarray)]
-        self._arrays = {name: (getattr(self.model, name), getattr(pristine, name)) for name in arrays}
+        names = [name for name in dir(pristine) if name[0] != "_" and isinstance(getattr(pristine, name), np.ndarray)]
+        self._arrays = {name: (getattr(self.model, name), getattr(pristine, name)) for name in names}
 
     def reset(self, seed: int) -> None:
         """Bring back the pristine scene, with a new random generator."""

@@ -11,12 +11,13 @@ import torch
 from lerobot_llakey import schema
 from lerobot_llakey.geometry import unproject
 from lerobot_llakey.sim.cameras import CameraRig
-from lerobot_llakey.sim.world import World
+from lerobot_llakey.sim.simulation import Simulation
 
 
-def test_depth_lifts_to_the_table_top(drawer_world: World) -> None:
-    drawer_world.reset(0)
-    pictures = CameraRig(drawer_world.model, 64).render_all(drawer_world.data)
+def test_depth_lifts_to_the_table_top(simulation: Simulation) -> None:
+    world = simulation.world
+    simulation.reset(0)
+    pictures = CameraRig(world.model, 64).render_all(world.data)
     assert tuple(pictures) == schema.CAMERAS
     for camera, picture in pictures.items():
         assert picture.rgb.shape == (64, 64, 3) and picture.rgb.dtype == np.uint8
@@ -27,26 +28,31 @@ def test_depth_lifts_to_the_table_top(drawer_world: World) -> None:
         assert share > 0.15, f"{camera} sees the table top at z = 0 in {share:.0%} of its pixels"
 
 
-def test_front_camera_sees_the_hand_where_it_is(drawer_world: World) -> None:
-    drawer_world.reset(0)
-    picture = CameraRig(drawer_world.model, 64).render(drawer_world.data, "left_shoulder")
-    local = np.linalg.inv(picture.extrinsics) @ np.append(drawer_world.site("top_handle").position, 1)
+def test_front_camera_sees_the_hand_where_it_is(simulation: Simulation) -> None:
+    world = simulation.world
+    simulation.reset(0)
+    picture = CameraRig(world.model, 64).render(world.data, "left_shoulder")
+    local = np.linalg.inv(picture.extrinsics) @ np.append(world.site("top_handle").position, 1)
     pixel = picture.intrinsics @ local[:3]
     u, v = (pixel[:2] / pixel[2]).astype(int)
     assert abs(picture.depth[v, u] / 1000 - local[2]) < 0.05
 
 
-def test_people_see_a_larger_picture(drawer_world: World) -> None:
-    drawer_world.reset(0)
-    rig = CameraRig(drawer_world.model, 64)
-    picture = rig.render_for_people(drawer_world.data, 120, 160)
+def test_people_see_a_larger_picture(simulation: Simulation) -> None:
+    world = simulation.world
+    simulation.reset(0)
+    rig = CameraRig(world.model, 64)
+    picture = rig.render_for_people(world.data, 120, 160)
     assert picture.shape == (120, 160, 3)
     assert cv2.Laplacian(picture, cv2.CV_64F).std() > 1
     rig.close()
-    assert np.array_equal(rig.render_for_people(drawer_world.data, 120, 160), picture)
+    assert np.array_equal(rig.render_for_people(world.data, 120, 160), picture)
 
 
-def test_a_rig_keeps_no_buffers_that_it_does_not_draw_in(drawer_world: World, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_rig_keeps_no_buffers_that_it_does_not_draw_in(
+    simulation: Simulation, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    world = simulation.world
     made: list[tuple[int, int, int, int]] = []
 
     class Contexts(mujoco.MjrContext):
@@ -55,10 +61,10 @@ def test_a_rig_keeps_no_buffers_that_it_does_not_draw_in(drawer_world: World, mo
             made.append((self.offHeight, self.offWidth, self.shadowSize, self.offSamples))
 
     monkeypatch.setattr(mujoco, "MjrContext", Contexts)
-    drawer_world.reset(0)
-    rig = CameraRig(drawer_world.model, 64)
-    rig.render_all(drawer_world.data)
-    rig.render_for_people(drawer_world.data, 120, 160)
+    simulation.reset(0)
+    rig = CameraRig(world.model, 64)
+    rig.render_all(world.data)
+    rig.render_for_people(world.data, 120, 160)
     assert made == [(64, 64, 0, 0), (120, 160, 0, 0)]
-    assert not drawer_world.warnings(), "all geoms have room in the drawing"
+    assert not simulation.clock.warnings(), "all geoms have room in the drawing"
     rig.close()

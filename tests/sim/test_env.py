@@ -16,7 +16,7 @@ from lerobot_llakey.sim.env import LlakeySimEnv
 
 
 def _expert_action(env: LlakeySimEnv) -> np.ndarray:
-    waypoint = env.world.task.plan(env.world)[0]
+    waypoint = env.expert_waypoint()
     flags = (waypoint.gripper_open, waypoint.ignore_collision)
     return np.array((*waypoint.pose.position, *waypoint.pose.quaternion, *flags), dtype=np.float32)
 
@@ -109,7 +109,7 @@ def test_far_poses_are_unreachable_without_a_single_planned_sample(
     monkeypatch.setattr(env, "disturbance", disturbance)
     env.reset(seed=1)
     solved: list[None] = []
-    monkeypatch.setattr(env.world.kinematics, "solve", lambda *_, **__: solved.append(None))
+    monkeypatch.setattr(env.world.planner.kinematics, "solve", lambda *_, **__: solved.append(None))
     for column in range(3):
         *_, info = env.step(_changed(column, far))
         assert info["failure"] == "unreachable" and not info["moved"]

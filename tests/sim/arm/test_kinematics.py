@@ -7,23 +7,23 @@ import pytest
 from lerobot_llakey.geometry import Pose, top_down
 from lerobot_llakey.sim.arm.kinematics import Kinematics, _step
 from lerobot_llakey.sim.arm.panda import HOME_JOINTS
-from lerobot_llakey.sim.world import World
+from lerobot_llakey.sim.simulation import Simulation
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_solution_reaches_the_target(drawer_world: World, seed: int) -> None:
+def test_solution_reaches_the_target(simulation: Simulation, seed: int) -> None:
     rng = np.random.default_rng(seed)
-    kinematics = drawer_world.kinematics
+    kinematics = simulation.world.planner.kinematics
     target = kinematics.forward(HOME_JOINTS + rng.uniform(-0.4, 0.4, 7))
     joints = kinematics.solve(target, HOME_JOINTS)
     assert joints is not None
     distance, angle = kinematics.forward(joints).distance(target)
     assert distance < 1e-3 and angle < 1e-2
-    assert (joints > drawer_world.robot.limits[:, 0]).all() and (joints < drawer_world.robot.limits[:, 1]).all()
+    assert (joints > simulation.world.robot.limits[:, 0]).all() and (joints < simulation.world.robot.limits[:, 1]).all()
 
 
-def test_a_small_turn_of_any_joint_is_undone(drawer_world: World) -> None:
-    kinematics, step = drawer_world.kinematics, 1e-4
+def test_a_small_turn_of_any_joint_is_undone(simulation: Simulation) -> None:
+    kinematics, step = simulation.world.planner.kinematics, 1e-4
     start = kinematics.forward(HOME_JOINTS)
     for joint in range(7):
         moved = kinematics.forward(HOME_JOINTS + step * np.eye(7)[joint])
@@ -45,9 +45,9 @@ def _jacobian(kinematics: Kinematics, joints: np.ndarray) -> np.ndarray:
     return np.stack([_difference(*both) / 2e-5 for both in ends], axis=1)
 
 
-def test_one_step_moves_the_tool_as_asked_with_the_jacobian_of_finite_differences(drawer_world: World) -> None:
-    kinematics, error = drawer_world.kinematics, np.array([2e-3, -1e-3, 1.5e-3, 4e-3, -2e-3, -3e-3])
-    jacobian, (lower, upper) = _jacobian(kinematics, HOME_JOINTS), drawer_world.robot.limits.T.copy()
+def test_one_step_moves_the_tool_as_asked_with_the_jacobian_of_finite_differences(simulation: Simulation) -> None:
+    kinematics, error = simulation.world.planner.kinematics, np.array([2e-3, -1e-3, 1.5e-3, 4e-3, -2e-3, -3e-3])
+    jacobian, (lower, upper) = _jacobian(kinematics, HOME_JOINTS), simulation.world.robot.limits.T.copy()
     start = kinematics.forward(HOME_JOINTS)
     step = _step(jacobian, error, HOME_JOINTS, lower, upper)
     assert np.linalg.norm(_difference(kinematics.forward(HOME_JOINTS + step), start) - error) < 0.05 * np.linalg.norm(
@@ -62,9 +62,9 @@ def test_one_step_moves_the_tool_as_asked_with_the_jacobian_of_finite_difference
     assert np.linalg.norm(left) < 0.5 * np.linalg.norm(error)
 
 
-def test_the_scenes_jacobian_is_that_of_finite_differences(drawer_world: World) -> None:
+def test_the_scenes_jacobian_is_that_of_finite_differences(simulation: Simulation) -> None:
     # What solve() takes from MuJoCo: the right site, and the arm's columns in the order of its joints.
-    kinematics, robot = drawer_world.kinematics, drawer_world.robot
+    kinematics, robot = simulation.world.planner.kinematics, simulation.world.robot
     for joints in (HOME_JOINTS, HOME_JOINTS + 0.2):
         expected, found = _jacobian(kinematics, joints), np.zeros((6, kinematics.model.nv))
         kinematics.place(joints)
@@ -72,7 +72,7 @@ def test_the_scenes_jacobian_is_that_of_finite_differences(drawer_world: World) 
         assert np.allclose(found[:, robot.dofs], expected, atol=1e-7)
 
 
-def test_a_pose_out_of_reach_has_no_solution(drawer_world: World) -> None:
+def test_a_pose_out_of_reach_has_no_solution(simulation: Simulation) -> None:
     far = Pose(np.array([2.0, 0.0, 0.3]), top_down())
     rng = np.random.default_rng(0)
-    assert drawer_world.kinematics.solve_from_many(far, HOME_JOINTS, rng) is None
+    assert simulation.world.planner.kinematics.solve_from_many(far, HOME_JOINTS, rng) is None

@@ -5,9 +5,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from lerobot_llakey.geometry import Pose
+from lerobot_llakey.sim.simulation import Simulation
 from lerobot_llakey.sim.tasks import make_task
 from lerobot_llakey.sim.tasks.waiting import points_alike, waits_before
-from lerobot_llakey.sim.world import World
 
 TURNED = ["put_groceries_in_cupboard", "place_shape_in_shape_sorter", "stack_wine", "move_block", "close_jar"]
 
@@ -33,23 +33,26 @@ def seen_from(tool: Pose, offset: tuple[float, float, float], axis: str = "z", d
     ],
 )
 def test_distance_lean_and_spin_have_their_own_limits(
-    drawer_world: World, offset: tuple[float, float, float], axis: str, degrees: float, waits: bool
+    simulation: Simulation, offset: tuple[float, float, float], axis: str, degrees: float, waits: bool
 ) -> None:
-    drawer_world.reset(0, 0)
-    assert waits_before(drawer_world, seen_from(drawer_world.tool, offset, axis, degrees)) is waits
+    world = simulation.world
+    simulation.reset(0, 0)
+    assert waits_before(world, seen_from(world.tool, offset, axis, degrees)) is waits
 
 
-def test_limits_are_settings(drawer_world: World) -> None:
-    drawer_world.reset(0, 0)
-    assert not waits_before(drawer_world, seen_from(drawer_world.tool, (0.04, 0, 0)), near=0.02)
-    assert not waits_before(drawer_world, seen_from(drawer_world.tool, (0, 0, 0), "z", 30), spin=0.3)
+def test_limits_are_settings(simulation: Simulation) -> None:
+    world = simulation.world
+    simulation.reset(0, 0)
+    assert not waits_before(world, seen_from(world.tool, (0.04, 0, 0)), near=0.02)
+    assert not waits_before(world, seen_from(world.tool, (0, 0, 0), "z", 30), spin=0.3)
 
 
-def test_a_closed_hand_does_not_wait(drawer_world: World) -> None:
-    drawer_world.reset(0, 0)
-    here = drawer_world.tool
-    drawer_world.motion.execute(here, False, False)
-    assert not waits_before(drawer_world, drawer_world.tool)
+def test_a_closed_hand_does_not_wait(simulation: Simulation) -> None:
+    world = simulation.world
+    simulation.reset(0, 0)
+    here = world.tool
+    simulation.motion.execute(here, False, False)
+    assert not waits_before(world, world.tool)
 
 
 def test_spin_is_told_from_lean() -> None:
@@ -60,7 +63,7 @@ def test_spin_is_told_from_lean() -> None:
 
 @pytest.mark.parametrize("task", TURNED)
 def test_an_expert_whose_hand_is_turned_grasps_at_once_and_succeeds(task: str) -> None:
-    world = World(make_task(task))
+    world = Simulation(make_task(task))
     world.reset(3, 0)
     first = world.task.plan(world)[0]
     turned = seen_from(first.pose, (0, 0, 0), "z", 50)
