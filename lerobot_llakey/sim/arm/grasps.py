@@ -14,7 +14,7 @@ MOST_TILT = np.deg2rad(35)
 
 
 @dataclass(frozen=True)
-class Grip:
+class Grasp:
     """A thing in a hand.
 
     Attributes:
@@ -26,15 +26,15 @@ class Grip:
     axis: np.ndarray
 
     @staticmethod
-    def of(tool: Pose, thing: Pose) -> Grip:
+    def of(tool: Pose, thing: Pose) -> Grasp:
         """The grip of a tool on a thing as they stand."""
         local = tool.inverse() @ thing
-        return Grip(local.position, local.rotation.as_matrix()[:, 2])
+        return Grasp(local.position, local.rotation.as_matrix()[:, 2])
 
     @staticmethod
-    def upright(height: float) -> Grip:
+    def upright(height: float) -> Grasp:
         """The grip of a hand that takes an upright thing from straight above, at a height over its origin (metres)."""
-        return Grip(np.array((0.0, 0.0, height)), np.array((0.0, 0.0, -1.0)))
+        return Grasp(np.array((0.0, 0.0, height)), np.array((0.0, 0.0, -1.0)))
 
     @property
     def tilt(self) -> float:

@@ -30,7 +30,7 @@ FIRM: dict[str, tuple[float, ...]] = {"solref": (0.008, 1), "solimp": _STIFF}
 
 
 @dataclass
-class Thread:
+class ScrewThread:
     """A thread as a nut on its host: the nut turns and sinks together, and the part that bites moves with it.
 
     The nut, which is not drawn, has a hinge and a slide along the host's z axis, coupled by an equality constraint

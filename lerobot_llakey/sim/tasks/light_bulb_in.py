@@ -9,7 +9,7 @@ import numpy as np
 
 from lerobot_llakey.geometry import Pose, top_down
 from lerobot_llakey.instructions import instruct
-from lerobot_llakey.sim.arm.grasps import MOST_TILT, Grip, hand_yaw
+from lerobot_llakey.sim.arm.grasps import MOST_TILT, Grasp, hand_yaw
 from lerobot_llakey.sim.objects.bulb import (
     ANGLE,
     GLASS_HEIGHT,
@@ -23,9 +23,9 @@ from lerobot_llakey.sim.objects.bulb import (
 from lerobot_llakey.sim.objects.colours import COLOUR_NAMES, COLOURS
 from lerobot_llakey.sim.objects.lamp import HOLDER_HEIGHT, SEAT, add_holder, add_lamp, paint_holder, switch
 from lerobot_llakey.sim.objects.placements import three_spots
-from lerobot_llakey.sim.objects.screw_thread import Thread
+from lerobot_llakey.sim.objects.screw_thread import ScrewThread
 from lerobot_llakey.sim.tasks.base import Task, Waypoint
-from lerobot_llakey.sim.tasks.waiting import waits_before
+from lerobot_llakey.sim.tasks.grasping import grasping, release
 from lerobot_llakey.sim.world import World
 
 _WORDINGS = (
@@ -66,7 +66,7 @@ class LightBulbIn(Task):
     variations: ClassVar[int] = len(COLOURS)
 
     def __init__(self) -> None:
-        self.threads = tuple(Thread(f"lamp_{bulb}", bulb, TRAVEL, ANGLE) for bulb in _BULBS)
+        self.threads = tuple(ScrewThread(f"lamp_{bulb}", bulb, TRAVEL, ANGLE) for bulb in _BULBS)
 
     def build(self, spec: mujoco.MjSpec) -> None:
         add_bulb_meshes(spec)
@@ -120,17 +120,13 @@ class LightBulbIn(Task):
     def _take(self, world: World, index: int, yaw: float) -> list[Waypoint]:
         """Both steps of a grasp, or the second where the hand waits above the bulb."""
         grasp = Pose(glass_middle(world.pose(_BULBS[index])), top_down(yaw)).shifted(z=_ABOVE_MIDDLE)
-        before = grasp.shifted(z=_ABOVE)
-        return [
-            Waypoint(before, True, False, instruct("move", "top", self._bulb_name(index))),
-            Waypoint(grasp, False, True, instruct("grasp", self._bulb_name(index))),
-        ][waits_before(world, before) :]
+        return grasping(world, grasp.shifted(z=_ABOVE), grasp, "top", self._bulb_name(index))
 
     def _fetch(self, world: World) -> list[Waypoint]:
-        bring = self._bring(world, Grip.upright(_GRASP))
+        bring = self._bring(world, Grasp.upright(_GRASP))
         return self._take(world, 0, _YAW) + bring[3 * self.threads[0].seated(world) :]
 
-    def _bring(self, world: World, grip: Grip) -> list[Waypoint]:
+    def _bring(self, world: World, grip: Grasp) -> list[Waypoint]:
         """The steps from the raise on, for a bulb held as given."""
         (x, y, _), name = world.pose("lamp").position, self._bulb_name(0)
         aligned = grip.hand(np.array((x, y, _CARRY)), _YAW)
@@ -146,7 +142,7 @@ class LightBulbIn(Task):
 
     def _carry(self, world: World) -> list[Waypoint]:
         """The steps that remain for the bulb in the hand and off the lamp."""
-        grip = Grip.of(world.tool, world.pose("bulb"))
+        grip = Grasp.of(world.tool, world.pose("bulb"))
         steps = self._bring(world, grip)
         beside, _, height = _from_lamp(world, "bulb")
         if beside < _OVER and abs(hand_yaw(world.tool) - _YAW) < _TURNED and height > -0.005:
@@ -160,26 +156,26 @@ class LightBulbIn(Task):
         """The steps that remain for the bulb in the hand and on its thread."""
         if self.threads[0].turned(world) >= _SCREWED or hand_yaw(world.tool) < 0.2 - _YAW:
             return [self._release(world.tool, 0)]
-        return self._bring(world, Grip.of(world.tool, world.pose("bulb")))[3:]
+        return self._bring(world, Grasp.of(world.tool, world.pose("bulb")))[3:]
 
     def _clear(self, world: World) -> list[Waypoint]:
         """Take the other bulb out of the lamp."""
         engaged = self.threads[1].engaged(world)
         take = self._take(world, 1, -_YAW if engaged else _YAW)
-        return [*take, *self._away(world, Grip.upright(_GRASP))[not engaged :]]
+        return [*take, *self._away(world, Grasp.upright(_GRASP))[not engaged :]]
 
     def _put_away(self, world: World) -> list[Waypoint]:
         """The steps that remain for the other bulb in the hand."""
-        release = self._release(world.tool, 1)
-        steps = self._away(world, Grip.of(world.tool, world.pose("other_bulb")))
+        let_go = self._release(world.tool, 1)
+        steps = self._away(world, Grasp.of(world.tool, world.pose("other_bulb")))
         if self.threads[1].engaged(world):
-            return steps if hand_yaw(world.tool) < _YAW - 0.2 else [release]
+            return steps if hand_yaw(world.tool) < _YAW - 0.2 else [let_go]
         if _in_lamp(world, "other_bulb"):
             return steps[1:]
         beside, _, _ = _from_lamp(world, "other_bulb")
-        return steps[2:] if beside < _LAMP_GAP / 2 else [release]
+        return steps[2:] if beside < _LAMP_GAP / 2 else [let_go]
 
-    def _away(self, world: World, grip: Grip) -> list[Waypoint]:
+    def _away(self, world: World, grip: Grasp) -> list[Waypoint]:
         """Screw the other bulb out, raise it and let it down on its holder."""
         (x, y, _), (lamp_x, lamp_y, _) = world.pose("other_holder").position, world.pose("lamp").position
         name, holder = self._bulb_name(1), f"the {self.colours[1]} holder"
@@ -199,7 +195,7 @@ class LightBulbIn(Task):
         return Waypoint(Pose(np.array((x, y, _CARRY + _GRASP)), top_down(_YAW)), False, True, instruct("raise"))
 
     def _release(self, pose: Pose, index: int) -> Waypoint:
-        return Waypoint(pose, True, True, instruct("release", self._bulb_name(index)))
+        return release(pose, self._bulb_name(index))
 
 
 def _from_lamp(world: World, bulb: str) -> tuple[float, float, float]:

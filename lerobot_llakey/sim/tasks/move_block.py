@@ -27,7 +27,7 @@ from lerobot_llakey.sim.objects.blocks import (
     add_shelter,
 )
 from lerobot_llakey.sim.tasks.base import Task, Waypoint
-from lerobot_llakey.sim.tasks.waiting import waits_before
+from lerobot_llakey.sim.tasks.grasping import grasping, release
 from lerobot_llakey.sim.world import World
 
 INSERT, SLIDE, PULL_OUT = range(3)
@@ -106,8 +106,7 @@ class MoveBlock(Task):
     def _drop_other(self, world: World) -> list[Waypoint]:
         """Where the wrong block was grasped, it is let go on the spot."""
         other = "yellow" if self.block == "red" else "red"
-        release = Waypoint(world.tool, True, True, instruct("release", f"the {other} block"))
-        return [release] if world.holds(f"{other}_block") else []
+        return [release(world.tool, f"the {other} block")] if world.holds(f"{other}_block") else []
 
     def _remaining(self, world: World) -> list[Waypoint]:
         held = world.holds(f"{self.block}_block")
@@ -144,11 +143,7 @@ class MoveBlock(Task):
         return bool(-0.05 < offset[0] < SHELTER and abs(offset[1]) < SHELTER and offset[2] < ROOF_HEIGHT)
 
     def _take(self, world: World, grasp: Pose, before: Pose, side: str) -> list[Waypoint]:
-        waypoints = [
-            Waypoint(before, True, False, instruct("move", side, self._thing)),
-            Waypoint(grasp, False, True, instruct("grasp", self._thing)),
-        ]
-        return waypoints[waits_before(world, before) :]
+        return grasping(world, before, grasp, side, self._thing)
 
     def _take_from_above(self, world: World) -> list[Waypoint]:
         position, yaw = self._block_pose(world)
@@ -223,9 +218,9 @@ class MoveBlock(Task):
 
     def _unless_there(self, world: World, waypoint: Waypoint) -> list[Waypoint]:
         """The waypoint and the release after it, or the release alone where the tool has arrived."""
-        release = Waypoint(waypoint.pose, True, True, instruct("release", self._thing))
+        let_go = release(waypoint.pose, self._thing)
         distance, angle = world.tool.distance(waypoint.pose)
-        return [release] if distance < _PUT and angle < _TURNED else [waypoint, release]
+        return [let_go] if distance < _PUT and angle < _TURNED else [waypoint, let_go]
 
 
 def _raised(tool: Pose) -> Waypoint:

@@ -18,7 +18,7 @@ from lerobot_llakey.instructions import instruct
 from lerobot_llakey.sim.objects.cup import CUP_HEIGHT, CUP_RADIUS, CUP_WALL, add_cup
 from lerobot_llakey.sim.objects.shelters import SHELTER_HALF_WIDTH, add_cabinet, add_ledge
 from lerobot_llakey.sim.tasks.base import Task, Waypoint
-from lerobot_llakey.sim.tasks.waiting import waits_before
+from lerobot_llakey.sim.tasks.grasping import grasping, release
 from lerobot_llakey.sim.world import World
 
 CLAMP, SLIDE, TURN, PULL_OUT = range(4)
@@ -114,7 +114,7 @@ class MoveCup(Task):
         held = world.held_bodies()
         for pose in _POSES:
             if pose != self.pose and f"{pose}_cup" in held:
-                return [_release(world.tool, f"the {pose} cup"), *self._take(world)]
+                return [release(world.tool, f"the {pose} cup"), *self._take(world)]
         return self._bring(world, world.tool, self._cup(world)) if f"{self.pose}_cup" in held else self._take(world)
 
     @property
@@ -161,11 +161,7 @@ class MoveCup(Task):
                 x = np.clip(x, cabinet[0] - _PLAY, cabinet[0] + _PLAY)
             grasp = Pose(np.array((x, y - _SHORT, _GRIP)), _LEFTWARDS.as_quat())
             before, side = grasp.shifted(y=-_BEHIND, z=_HIGHER), "right side"
-        waypoints = [
-            Waypoint(before, True, False, instruct("move", side, self._thing)),
-            Waypoint(grasp, False, True, instruct("grasp", self._thing)),
-        ]
-        return waypoints[waits_before(world, before) :] + self._bring(world, grasp, cup)
+        return grasping(world, before, grasp, side, self._thing) + self._bring(world, grasp, cup)
 
     def _bring(self, world: World, tool: Pose, cup: Pose) -> list[Waypoint]:
         """What remains for a cup that the tool holds: out, up, upright, over the target, down, let go."""
@@ -173,7 +169,7 @@ class MoveCup(Task):
         along = grip.rotation.as_matrix()[2, 2]
         if along > 0.6:
             # Held by its bottom: no hand can turn it over.
-            return [_release(tool, self._thing)]
+            return [release(tool, self._thing)]
         upright = _upright(grip)
         goal = world.pose(f"{self.target}_target").position
 
@@ -184,17 +180,17 @@ class MoveCup(Task):
 
         top = Waypoint(at(_CARRY), False, False, instruct("move", "top", self._goal))
         place = Waypoint(at(_DROP), False, True, instruct("place", self._thing, self._goal))
-        release = _release(place.pose, self._thing)
+        let_go = release(place.pose, self._thing)
         turned, low = _opening(cup)[2] > np.cos(_TURNED), cup.apply((0, 0, CUP_HEIGHT / 2))[2] < 0.12
         if turned:
             if self._off(world, cup) < _PUT and tool.position[2] < place.pose.position[2] + _LOW:
-                return [release]
+                return [let_go]
             if self._off(world, cup) < _ARRIVED:
-                return [place, release]
+                return [place, let_go]
             if low and along > -0.7:
                 slid = Waypoint(at(_HOVER), False, True, instruct("slide", self._thing, self._goal))
-                return [slid, _release(slid.pose, self._thing)]
-            return [_raise(tool, upright), top, place, release] if low else [top, place, release]
+                return [slid, release(slid.pose, self._thing)]
+            return [_raise(tool, upright), top, place, let_go] if low else [top, place, let_go]
         steps = []
         shelter = self._shelter(world, cup, 0.05)
         if shelter is not None and low:
@@ -210,16 +206,12 @@ class MoveCup(Task):
             steps.append(raised)
         there = Pose(np.clip(raised.pose.position, *_ROOM), upright.as_quat())
         rotated = Waypoint(there, False, False, instruct("rotate", self._thing, "the upright pose"))
-        return [*steps, rotated, top, place, release]
+        return [*steps, rotated, top, place, let_go]
 
 
 def _opening(cup: Pose) -> np.ndarray:
     """(3,) unit vector out of a cup's opening."""
     return cup.rotation.as_matrix()[:, 2]
-
-
-def _release(tool: Pose, thing: str) -> Waypoint:
-    return Waypoint(tool, True, True, instruct("release", thing))
 
 
 def _raise(tool: Pose, rotation: Rotation) -> Waypoint:

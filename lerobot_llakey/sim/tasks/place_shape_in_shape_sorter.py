@@ -16,7 +16,7 @@ from lerobot_llakey.sim.objects.shape_placements import free_spots, has_room, la
 from lerobot_llakey.sim.objects.shape_sorter import PLATE_BOTTOM, PLATE_TOP
 from lerobot_llakey.sim.objects.shapes import BODY_HEIGHT, GRIP, SHAPES, Shape, add_shape, extent
 from lerobot_llakey.sim.tasks.base import Task, Waypoint
-from lerobot_llakey.sim.tasks.waiting import points_alike, waits_before
+from lerobot_llakey.sim.tasks.grasping import grasping, points_alike, release
 from lerobot_llakey.sim.world import World
 
 _WORDINGS = (
@@ -101,10 +101,7 @@ class PlaceShapeInShapeSorter(Task):
         """All steps, or those from the grasp on where the hand waits above the shape."""
         grasp = self._grasp(world, shape)
         before = grasp.shifted(z=_APPROACH)
-        steps = [
-            Waypoint(before, True, False, instruct("move", "top", f"the {shape.name}")),
-            Waypoint(grasp, False, True, instruct("grasp", f"the {shape.name}")),
-        ][waits_before(world, before, spin=_SPIN) :]
+        steps = grasping(world, before, grasp, "top", f"the {shape.name}", spin=_SPIN)
         return steps + (self._bring(world, grasp) if shape is self.shape else self._put_back(world, shape, grasp))
 
     def _grasp(self, world: World, shape: Shape) -> Pose:
@@ -138,7 +135,7 @@ class PlaceShapeInShapeSorter(Task):
             _raised(tool),
             Waypoint(over, False, False, instruct("align", f"{thing} hole")),
             Waypoint(into, False, True, instruct("insert", thing, "the shape sorter")),
-            Waypoint(into, True, True, instruct("release", thing)),
+            release(into, thing),
         ]
         sideways = np.linalg.norm((pose.position - (into @ grip).position)[:2])
         turned = tool.distance(into)[1]
@@ -184,7 +181,7 @@ class PlaceShapeInShapeSorter(Task):
         steps = [
             _raised(tool),
             Waypoint(goal, False, False, instruct("place", thing, "the table")),
-            Waypoint(goal, True, True, instruct("release", thing)),
+            release(goal, thing),
         ]
         distance, turn = tool.distance(goal)
         if distance < _PUT and turn < _TURNED:

@@ -15,7 +15,7 @@ from lerobot_llakey.sim.objects.groceries import GOODS, Good, add_good
 from lerobot_llakey.sim.objects.meshes import add_mesh
 from lerobot_llakey.sim.objects.placements import draw_until_it_fits
 from lerobot_llakey.sim.tasks.base import Task, Waypoint
-from lerobot_llakey.sim.tasks.waiting import waits_before
+from lerobot_llakey.sim.tasks.grasping import grasping, release
 from lerobot_llakey.sim.world import World
 
 _WORDINGS = (
@@ -95,7 +95,7 @@ class PutGroceriesInCupboard(Task):
         if self.good.body in held:
             return self._carry(world)
         wrong = [good for good in GOODS if good.body in held]
-        return [_release(world.tool, good) for good in wrong] + self._fetch(world)
+        return [release(world.tool, f"the {good.name}") for good in wrong] + self._fetch(world)
 
     def _inside(self, world: World) -> bool:
         """Whether the middle of the good is in the cupboard, at the height of one that rests on the shelf."""
@@ -135,12 +135,8 @@ class PutGroceriesInCupboard(Task):
     def _fetch(self, world: World) -> list[Waypoint]:
         """All steps, or those from the grasp on where the hand waits above the good."""
         grasp = self._grasp(world)
-        before = grasp.shifted(z=_ABOVE)
-        steps = [
-            Waypoint(before, True, False, instruct("move", "top", f"the {self.good.name}")),
-            Waypoint(grasp, False, True, instruct("grasp", f"the {self.good.name}")),
-        ]
-        return steps[waits_before(world, before) :] + self._bring(world, grasp, world.pose(self.good.body))
+        steps = grasping(world, grasp.shifted(z=_ABOVE), grasp, "top", f"the {self.good.name}")
+        return steps + self._bring(world, grasp, world.pose(self.good.body))
 
     def _free_place(self, world: World, half_height: float) -> float:
         """Metres beside the shelf's middle: the first place that no other good has taken.
@@ -169,7 +165,7 @@ class PutGroceriesInCupboard(Task):
             Waypoint(raised, False, True, instruct("raise")),
             Waypoint(front, False, False, instruct("move", "front", "the cupboard")),
             Waypoint(placed, False, True, instruct("place", f"the {self.good.name}", "the shelf")),
-            _release(placed, self.good),
+            release(placed, f"the {self.good.name}"),
         ]
 
     def _carry(self, world: World) -> list[Waypoint]:
@@ -183,10 +179,6 @@ class PutGroceriesInCupboard(Task):
         if tool.distance(front)[0] < _ARRIVED and turn < _TURNED:
             return steps[2:]
         return steps[1:] if tool.position[2] > _CARRY - 0.04 else steps
-
-
-def _release(pose: Pose, good: Good) -> Waypoint:
-    return Waypoint(pose, True, True, instruct("release", f"the {good.name}"))
 
 
 def _stand(world: World, good: Good, spot: tuple[float, float, float], yaw: float) -> None:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from lerobot_llakey.sim.expert import demonstrate
-from lerobot_llakey.sim.objects.screw_thread import Thread
+from lerobot_llakey.sim.objects.screw_thread import ScrewThread
 from lerobot_llakey.sim.simulation import Simulation
 from lerobot_llakey.sim.tasks.close_jar import CloseJar
 from lerobot_llakey.sim.world import World
@@ -27,7 +27,7 @@ def lid_height(world: World) -> float:
     return float(world.pose("lid").position[2])
 
 
-def thread_of(simulation: Simulation) -> Thread:
+def thread_of(simulation: Simulation) -> ScrewThread:
     task = simulation.task
     assert isinstance(task, CloseJar)
     return task.thread

@@ -1,15 +1,43 @@
-"""Whether the hand already waits where a grasp begins."""
+"""Steps that experts share: the two of a grasp, and letting go."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from lerobot_llakey.geometry import Pose
+from lerobot_llakey.instructions import instruct
+from lerobot_llakey.sim.tasks.base import Waypoint
 from lerobot_llakey.sim.world import World
 
 _NEAR = 0.05
 _LEAN, _SPIN = 0.35, float(np.deg2rad(60))
 """Radians by which the hand may point elsewhere than its grasp does, and be turned about the way it points."""
+
+
+def grasping(
+    world: World, before: Pose, grasp: Pose, side: str, thing: str, near: float = _NEAR, spin: float = _SPIN
+) -> list[Waypoint]:
+    """Both steps of a grasp, or the second alone where the hand already waits before it.
+
+    Args:
+        world: the present state.
+        before: where the grasp begins, in the base frame.
+        grasp: the hand around the thing.
+        side: of the thing, where the hand waits.
+        thing: what is grasped, in words.
+        near: as in :func:`waits_before`.
+        spin: as in :func:`waits_before`.
+    """
+    steps = [
+        Waypoint(before, True, False, instruct("move", side, thing)),
+        Waypoint(grasp, False, True, instruct("grasp", thing)),
+    ]
+    return steps[waits_before(world, before, near, spin) :]
+
+
+def release(pose: Pose, thing: str) -> Waypoint:
+    """Let a thing go at a pose of the hand."""
+    return Waypoint(pose, True, True, instruct("release", thing))
 
 
 def waits_before(world: World, before: Pose, near: float = _NEAR, spin: float = _SPIN) -> bool:

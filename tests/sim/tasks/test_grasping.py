@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 from lerobot_llakey.geometry import Pose
 from lerobot_llakey.sim.simulation import Simulation
 from lerobot_llakey.sim.tasks import make_task
-from lerobot_llakey.sim.tasks.waiting import points_alike, waits_before
+from lerobot_llakey.sim.tasks.grasping import grasping, points_alike, waits_before
 
 TURNED = ["put_groceries_in_cupboard", "place_shape_in_shape_sorter", "stack_wine", "move_block", "close_jar"]
 
@@ -55,6 +55,16 @@ def test_a_closed_hand_does_not_wait(simulation: Simulation) -> None:
     assert not waits_before(world, world.tool)
 
 
+def test_a_grasp_begins_at_its_second_step_where_the_hand_waits(simulation: Simulation) -> None:
+    simulation.reset(0)
+    world, here = simulation.world, simulation.world.tool
+    far = here.shifted(x=0.2)
+    both = grasping(world, far, far.shifted(z=-0.1), "top", "the cup")
+    assert [step.instruction for step in both] == ["move to the top of the cup", "grasp the cup"]
+    assert [step.gripper_open for step in both] == [True, False]
+    assert [step.instruction for step in grasping(world, here, far, "top", "the cup")] == ["grasp the cup"]
+
+
 def test_spin_is_told_from_lean() -> None:
     hand = Pose(np.zeros(3), Rotation.from_euler("xyz", (20, -40, 70), degrees=True).as_quat())
     assert points_alike(hand, seen_from(hand, (0, 0, 0), "z", 80), spin=np.deg2rad(85))
@@ -63,14 +73,14 @@ def test_spin_is_told_from_lean() -> None:
 
 @pytest.mark.parametrize("task", TURNED)
 def test_an_expert_whose_hand_is_turned_grasps_at_once_and_succeeds(task: str) -> None:
-    world = Simulation(make_task(task))
-    world.reset(3, 0)
-    first = world.task.plan(world)[0]
+    simulation = Simulation(make_task(task))
+    simulation.reset(3, 0)
+    first = simulation.plan()[0]
     turned = seen_from(first.pose, (0, 0, 0), "z", 50)
-    world.motion.execute(turned, first.gripper_open, first.ignore_collision)
-    assert "grasp" in world.task.plan(world)[0].instruction
+    simulation.motion.execute(turned, first.gripper_open, first.ignore_collision)
+    assert "grasp" in simulation.plan()[0].instruction
     for _ in range(12):
-        if not (remaining := world.task.plan(world)):
+        if not (remaining := simulation.plan()):
             break
-        world.motion.execute(remaining[0].pose, remaining[0].gripper_open, remaining[0].ignore_collision)
-    assert world.task.success(world)
+        simulation.motion.execute(remaining[0].pose, remaining[0].gripper_open, remaining[0].ignore_collision)
+    assert simulation.success()
