@@ -16,7 +16,7 @@ from lerobot_llakey import schema
 from lerobot_llakey.evaluation.workers import run_jobs, simulation_of
 from lerobot_llakey.geometry import Pose
 from lerobot_llakey.sim.arm.planning import PlanningError
-from lerobot_llakey.sim.expert import MAX_STEPS
+from lerobot_llakey.sim.settings import MAX_STEPS
 from lerobot_llakey.sim.simulation import Simulation
 
 _SUNK = -0.03
@@ -39,7 +39,7 @@ class Stress:
         not_finite: episodes whose state became NaN or infinite, or in which MuJoCo found its physics wrong (it then
             starts anew from a reset state, without an error).
         sunk: names of bodies that went through the table, with the seed.
-        slowest: seconds of the slowest episode of 25 actions.
+        slowest: seconds of the slowest episode.
     """
 
     task: str
@@ -64,7 +64,7 @@ class Stress:
 
 
 def stress_episode(simulation: Simulation, seed: int) -> Stress:
-    """Take 25 random legal actions in the scene of a seed."""
+    """Take an episode of random legal actions in the scene of a seed."""
     world = simulation.world
     simulation.reset(seed)
     rng = np.random.default_rng((seed, 2))
@@ -122,7 +122,7 @@ def stress(tasks: Sequence[str], num_actions: int, split: str = "val", num_worke
 
     Args:
         tasks: their names.
-        num_actions: at least so many over all tasks, in episodes of 25.
+        num_actions: at least so many over all tasks, in whole episodes.
         split: of the scene seeds.
         num_workers: processes; one for each CPU core where 0, none but this one where 1.
 

@@ -16,7 +16,7 @@ from lerobot_llakey.geometry import Pose
 from lerobot_llakey.sim.arm.planning import PlanningError
 from lerobot_llakey.sim.cameras import RGBD, CameraRig
 from lerobot_llakey.sim.perturbations.registry import make_perturbation
-from lerobot_llakey.sim.settings import check_settings
+from lerobot_llakey.sim.settings import MAX_STEPS, check_settings
 from lerobot_llakey.sim.simulation import Simulation
 from lerobot_llakey.sim.spaces import action_space, checked_action, observation_space
 from lerobot_llakey.sim.tasks import make_task
@@ -60,7 +60,7 @@ class LlakeySimEnv(gym.Env):
         task: str,
         split: str = "test",
         image_size: int = schema.IMAGE_SIZE,
-        episode_length: int = 25,
+        episode_length: int = MAX_STEPS,
         oracle_instructions: bool = False,
         render_size: tuple[int, int] = (480, 640),
         render_fps: int = 2,

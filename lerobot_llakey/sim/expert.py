@@ -6,11 +6,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from lerobot_llakey.sim.arm.planning import PlanningError
+from lerobot_llakey.sim.settings import MAX_STEPS
 from lerobot_llakey.sim.simulation import Simulation
 from lerobot_llakey.sim.tasks.base import Waypoint
-
-MAX_STEPS = 25
-"""Actions after which an episode ends (paper, section IV-B)."""
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,8 @@ from lerobot_llakey import schema
 from lerobot_llakey.bounds import require_count
 from lerobot_llakey.errors import LlakeyError
 
+MAX_STEPS = 25
+"""Keyframe actions after which an episode ends (paper, section IV-B)."""
 _SMALLEST, _LARGEST = 16, 4096
 """Pixels of an edge; larger ones are beyond what every OpenGL driver draws."""
 _HIGHEST_FPS = 1000
