@@ -1,4 +1,4 @@
-"""Drawing places on the table."""
+"""Drawing positions on the table."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ def draw_until_it_fits[Layout](draw: Callable[[], Layout | None], what: str) -> 
     raise LlakeyError(f"Expected room for {what}, got none in {_ROUNDS} draws; choose another seed.")
 
 
-def three_spots(
+def three_placements(
     rng: np.random.Generator, x: Range, y: Range, reach: Range, gaps: tuple[float, float, float], otherwise: ArrayLike
 ) -> np.ndarray:
-    """Places of three things that leave room for the hand and are within its reach.
+    """Positions of three things that leave room for the hand and are within its reach.
 
     Args:
         rng: draws them.
@@ -42,15 +42,15 @@ def three_spots(
         y: metres, base frame.
         reach: metres from the base, nearest and farthest.
         gaps: metres at least from the last to the first, the first to the second and the second to the last.
-        otherwise: (3, 2) places that are taken in random order where no draw in 200 fits.
+        otherwise: (3, 2) positions that are taken in random order where no draw in 200 fits.
 
     Returns:
         (3, 2) x and y in metres.
     """
     for _ in range(_DRAWS):
-        spots = np.column_stack((rng.uniform(*x, 3), rng.uniform(*y, 3)))
-        apart = np.linalg.norm(spots - np.roll(spots, 1, axis=0), axis=1)
-        away = np.hypot(*spots.T)
+        positions = np.column_stack((rng.uniform(*x, 3), rng.uniform(*y, 3)))
+        apart = np.linalg.norm(positions - np.roll(positions, 1, axis=0), axis=1)
+        away = np.hypot(*positions.T)
         if (apart > gaps).all() and away.min() > reach[0] and away.max() < reach[1]:
-            return spots
+            return positions
     return rng.permutation(np.array(otherwise))

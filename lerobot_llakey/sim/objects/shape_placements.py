@@ -23,7 +23,7 @@ _FINGERS = np.array([(x, side * y, 0.009) for x in (-0.011, 0.011) for y in (0.0
 
 
 def layout(rng: np.random.Generator) -> tuple[Pose, np.ndarray]:
-    """Pose of the sorter and (5, 2) places of the shapes around it, with room for the hand at each.
+    """Pose of the sorter and (5, 2) positions of the shapes around it, with room for the hand at each.
 
     Raises:
         LlakeyError: if no draw leaves room for all.
@@ -34,17 +34,17 @@ def layout(rng: np.random.Generator) -> tuple[Pose, np.ndarray]:
 def _draw_layout(rng: np.random.Generator) -> tuple[Pose, np.ndarray] | None:
     centre = (rng.uniform(*_SORTER_X), rng.uniform(*_SORTER_Y), 0.0)
     sorter = Pose(np.array(centre), Rotation.from_euler("z", rng.uniform(-_HEADING, _HEADING)).as_quat())
-    spots = np.empty((0, 2))
-    for spot in np.column_stack((rng.uniform(*_X, 200), rng.uniform(*_Y, 200))):
-        if _is_free(spot, spots, sorter):
-            spots = np.vstack((spots, spot))
-        if len(spots) == len(SHAPES):
-            return sorter, rng.permutation(spots)
+    positions = np.empty((0, 2))
+    for position in np.column_stack((rng.uniform(*_X, 200), rng.uniform(*_Y, 200))):
+        if _is_free(position, positions, sorter):
+            positions = np.vstack((positions, position))
+        if len(positions) == len(SHAPES):
+            return sorter, rng.permutation(positions)
     return None
 
 
-def free_spots(near: np.ndarray, others: np.ndarray, sorter: Pose) -> np.ndarray:
-    """The free places on the table, those nearest to a point first.
+def free_positions(near: np.ndarray, others: np.ndarray, sorter: Pose) -> np.ndarray:
+    """The free positions on the table, those nearest to a point first.
 
     Args:
         near: (2,) the point; itself where it is free.
@@ -52,11 +52,11 @@ def free_spots(near: np.ndarray, others: np.ndarray, sorter: Pose) -> np.ndarray
         sorter: pose of the sorter.
 
     Returns:
-        (M, 2) metres; the point alone where no place is free.
+        (M, 2) metres; the point alone where no position is free.
     """
     grid = np.stack(np.meshgrid(np.arange(*_X, 0.02), np.arange(*_Y, 0.02)), axis=-1).reshape(-1, 2)
-    spots = np.vstack((near, grid[np.argsort(np.linalg.norm(grid - near, axis=1))]))
-    free = [spot for spot in spots if _is_free(spot, others, sorter)]
+    positions = np.vstack((near, grid[np.argsort(np.linalg.norm(grid - near, axis=1))]))
+    free = [position for position in positions if _is_free(position, others, sorter)]
     return np.array(free or [near])
 
 
@@ -80,11 +80,11 @@ def over_sorter(point: np.ndarray, sorter: Pose) -> bool:
     return bool(_beside(point[None], sorter)[0] <= 0.0)
 
 
-def _is_free(spot: np.ndarray, others: np.ndarray, sorter: Pose) -> bool:
+def _is_free(position: np.ndarray, others: np.ndarray, sorter: Pose) -> bool:
     return bool(
-        _REACH[0] < np.linalg.norm(spot) < _REACH[1]
-        and (np.linalg.norm(others - spot, axis=1) > _GAP).all()
-        and _beside(np.array((*spot, 0.0))[None], sorter)[0] > _SORTER_GAP
+        _REACH[0] < np.linalg.norm(position) < _REACH[1]
+        and (np.linalg.norm(others - position, axis=1) > _GAP).all()
+        and _beside(np.array((*position, 0.0))[None], sorter)[0] > _SORTER_GAP
     )
 
 

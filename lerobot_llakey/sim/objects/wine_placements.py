@@ -29,24 +29,24 @@ _DRAWS = 64
 
 @dataclass(frozen=True)
 class _Planar:
-    """A place on the table: a point (2,) in metres and a heading in radians."""
+    """A position on the table: a point (2,) in metres and a heading in radians."""
 
-    spot: np.ndarray
+    position: np.ndarray
     yaw: float = 0.0
 
     def local(self, points: np.ndarray) -> np.ndarray:
         """Points (..., 2) of the base frame, seen from here."""
         cosine, sine = np.cos(self.yaw), np.sin(self.yaw)
-        return (points - self.spot) @ np.array(((cosine, -sine), (sine, cosine)))
+        return (points - self.position) @ np.array(((cosine, -sine), (sine, cosine)))
 
 
-def draw_places(rng: np.random.Generator) -> tuple[Pose, ...]:
+def draw_placements(rng: np.random.Generator) -> tuple[Pose, ...]:
     """Where the rack and the red, green and yellow bottles are; a fixed arrangement where no draw in 100 fits."""
     for _ in range(100):
         y, distance = rng.uniform(0.02, 0.16), rng.uniform(0.50, 0.57)
-        spot = np.array((np.sqrt(distance**2 - y**2), y))
-        rack = _Planar(spot, np.arctan2(*spot[::-1]) + rng.uniform(-0.2, 0.05))
-        greens = _spots(rng, _RIGHT)
+        position = np.array((np.sqrt(distance**2 - y**2), y))
+        rack = _Planar(position, np.arctan2(*position[::-1]) + rng.uniform(-0.2, 0.05))
+        greens = _positions(rng, _RIGHT)
         fit = (rack.local(greens)[:, 1] < -_RACK_GAP) & (np.abs(greens[:, 1]) < _WIDEST_GREEN)
         if not fit.any():
             continue
@@ -60,25 +60,25 @@ def draw_places(rng: np.random.Generator) -> tuple[Pose, ...]:
         red, yellow = _Planar(np.array((0.42, -0.20)), 0.0), _Planar(np.array((0.5, -0.08)), 3.1)
     upright = Rotation.from_euler("z", rack.yaw).as_quat()
     return (
-        Pose(_on_table(rack.spot), upright),
-        lying(red.spot, red.yaw),
+        Pose(_on_table(rack.position), upright),
+        lying(red.position, red.yaw),
         Pose(_on_table(green)),
-        lying(yellow.spot, yellow.yaw),
+        lying(yellow.position, yellow.yaw),
     )
 
 
-def lying(spot: np.ndarray, yaw: float) -> Pose:
-    """A bottle that lies on the table, its neck along ``yaw``, where a hand takes it at ``spot`` (2,)."""
+def lying(position: np.ndarray, yaw: float) -> Pose:
+    """A bottle that lies on the table, its neck along ``yaw``, where a hand takes it at ``position`` (2,)."""
     turned = Rotation.from_euler("ZY", (yaw, np.pi / 2))
-    return Pose(_on_table(spot, BOTTLE_RADIUS) - turned.apply((0, 0, LYING_GRIP)), turned.as_quat())
+    return Pose(_on_table(position, BOTTLE_RADIUS) - turned.apply((0, 0, LYING_GRIP)), turned.as_quat())
 
 
-def _on_table(spot: np.ndarray, height: float = 0.0) -> np.ndarray:
-    return np.array((*spot, height))
+def _on_table(position: np.ndarray, height: float = 0.0) -> np.ndarray:
+    return np.array((*position, height))
 
 
-def _spots(rng: np.random.Generator, direction: tuple[float, float]) -> np.ndarray:
-    """(_DRAWS, 2) places within the arm's reach."""
+def _positions(rng: np.random.Generator, direction: tuple[float, float]) -> np.ndarray:
+    """(_DRAWS, 2) positions within the arm's reach."""
     distance, angle = rng.uniform(*_DISTANCE, _DRAWS), rng.uniform(*direction, _DRAWS)
     return distance[:, None] * np.column_stack((np.cos(angle), np.sin(angle)))
 
@@ -91,33 +91,33 @@ def _draw_lying(
     Args:
         rng: the episode's.
         rack: the rack.
-        green: (2,) place of the standing bottle.
+        green: (2,) position of the standing bottle.
         turn: heading of the neck seen from the rack, give or take ``spread``.
         spread: radians.
         other: the other lying bottle.
     """
-    spots, yaws = _spots(rng, _DIRECTION), rack.yaw + turn + rng.uniform(-spread, spread, _DRAWS)
-    points = _footprints(spots, yaws)
+    positions, yaws = _positions(rng, _DIRECTION), rack.yaw + turn + rng.uniform(-spread, spread, _DRAWS)
+    points = _footprints(positions, yaws)
     fit = np.abs(points[..., 1]).max(axis=1) < _WIDEST
     beyond = np.maximum(np.abs(rack.local(points)) - _RACK_HALF, 0.0)
     fit &= np.linalg.norm(beyond, axis=-1).min(axis=1) > _GAP
     fit &= np.linalg.norm(points - green, axis=-1).min(axis=1) > _GAP
     # The hand that takes the lying bottle, wider than its fingers, and the one that comes to the standing one.
     axes = np.column_stack((np.cos(yaws), np.sin(yaws)))
-    along = np.abs(((green - spots) * axes).sum(axis=1))
-    across = np.abs(((green - spots) * axes[:, ::-1] * (-1, 1)).sum(axis=1))
+    along = np.abs(((green - positions) * axes).sum(axis=1))
+    across = np.abs(((green - positions) * axes[:, ::-1] * (-1, 1)).sum(axis=1))
     fit &= (along > _HAND_GAP_ALONG) | (across > _HAND_GAP)
     forward, sideways = np.moveaxis(_Planar(green, SIDE).local(points), -1, 0)
     fit &= ~((np.abs(sideways) < _GAP) & (forward < 0) & (forward > -_ARM)).any(axis=1)
     if other is not None:
-        others = _footprints(other.spot[None], np.array((other.yaw,)))[0]
+        others = _footprints(other.position[None], np.array((other.yaw,)))[0]
         fit &= np.linalg.norm(points[:, :, None] - others, axis=-1).min(axis=(1, 2)) > _GAP
     first = int(fit.argmax())
-    return _Planar(spots[first], float(yaws[first])) if fit[first] else None
+    return _Planar(positions[first], float(yaws[first])) if fit[first] else None
 
 
-def _footprints(spots: np.ndarray, yaws: np.ndarray) -> np.ndarray:
-    """(N, 7, 2) points of lying bottles taken at places (N, 2), their necks along the yaws (N,)."""
+def _footprints(positions: np.ndarray, yaws: np.ndarray) -> np.ndarray:
+    """(N, 7, 2) points of lying bottles taken at positions (N, 2), their necks along the yaws (N,)."""
     axes = np.column_stack((np.cos(yaws), np.sin(yaws)))[:, None]
     sides = axes[..., ::-1] * (-1, 1)
-    return spots[:, None] + (_ALONG - LYING_GRIP)[:, None] * axes + _ACROSS[:, None] * sides
+    return positions[:, None] + (_ALONG - LYING_GRIP)[:, None] * axes + _ACROSS[:, None] * sides

@@ -13,7 +13,7 @@ from lerobot_llakey.instructions import instruct
 from lerobot_llakey.sim.arm.grasps import Grasp, hand_yaw
 from lerobot_llakey.sim.objects.colours import COLOUR_NAMES, COLOURS
 from lerobot_llakey.sim.objects.jar import JAR_PARTS, JAR_TOP, LID_DEPTH, add_jar, add_jar_tip, add_lid
-from lerobot_llakey.sim.objects.placements import three_spots
+from lerobot_llakey.sim.objects.placements import three_placements
 from lerobot_llakey.sim.objects.screw_thread import ScrewThread
 from lerobot_llakey.sim.tasks.base import Task, Waypoint
 from lerobot_llakey.sim.tasks.grasping import grasping, release
@@ -45,7 +45,7 @@ _X, _Y, _REACH = (0.32, 0.63), (-0.31, 0.31), (0.43, 0.68)
 """Metres: where things stand, and how far from the base, so that a hand that points down reaches them."""
 _JAR_GAP, _LID_GAP = 0.14, 0.165
 """Metres between the jars, and between lid and jars: the hand is 20 cm wide and comes down among them."""
-_SPOTS = ((0.50, 0.2), (0.50, 0.0), (0.50, -0.2))
+_FALLBACK = ((0.50, 0.2), (0.50, 0.0), (0.50, -0.2))
 
 
 class CloseJar(Task):
@@ -72,9 +72,9 @@ class CloseJar(Task):
         self.variation, self.colour = variation, COLOUR_NAMES[variation]
         self.other_colour = COLOUR_NAMES[(variation + int(rng.integers(1, self.variations))) % self.variations]
         self.description = str(rng.choice(_WORDINGS)).format(self.colour)
-        spots = three_spots(rng, _X, _Y, _REACH, (_LID_GAP, _JAR_GAP, _LID_GAP), _SPOTS)
-        for body, spot in zip((*_JARS, "lid"), spots, strict=True):
-            world.place(body, Pose(np.array((*spot, 0.0))))
+        positions = three_placements(rng, _X, _Y, _REACH, (_LID_GAP, _JAR_GAP, _LID_GAP), _FALLBACK)
+        for body, position in zip((*_JARS, "lid"), positions, strict=True):
+            world.place(body, Pose(np.array((*position, 0.0))))
         for jar, colour in zip(_JARS, (self.colour, self.other_colour), strict=True):
             for part in JAR_PARTS:
                 world.paint(f"{jar}_{part}", COLOURS[colour])

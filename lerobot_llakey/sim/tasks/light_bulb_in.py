@@ -22,7 +22,7 @@ from lerobot_llakey.sim.objects.bulb import (
 )
 from lerobot_llakey.sim.objects.colours import COLOUR_NAMES, COLOURS
 from lerobot_llakey.sim.objects.lamp import HOLDER_HEIGHT, SEAT, add_holder, add_lamp, paint_holder, switch
-from lerobot_llakey.sim.objects.placements import three_spots
+from lerobot_llakey.sim.objects.placements import three_placements
 from lerobot_llakey.sim.objects.screw_thread import ScrewThread
 from lerobot_llakey.sim.tasks.base import Task, Waypoint
 from lerobot_llakey.sim.tasks.grasping import grasping, release
@@ -53,7 +53,7 @@ _OVER, _TURNED = 0.016, 0.3
 _X, _Y, _REACH = (0.34, 0.63), (-0.31, 0.31), (0.45, 0.68)
 """Metres: where things stand, and how far from the base, so that a hand that points down reaches them."""
 _HOLDER_GAP, _LAMP_GAP = 0.15, 0.16
-_SPOTS = ((0.50, 0.2), (0.50, 0.0), (0.50, -0.2))
+_FALLBACK = ((0.50, 0.2), (0.50, 0.0), (0.50, -0.2))
 
 
 class LightBulbIn(Task):
@@ -85,11 +85,11 @@ class LightBulbIn(Task):
         other = (variation + int(rng.integers(1, self.variations))) % self.variations
         self.colours = COLOUR_NAMES[variation], COLOUR_NAMES[other]
         self.description = str(rng.choice(_WORDINGS)).format(self.colours[0])
-        lamp, *spots = three_spots(rng, _X, _Y, _REACH, (_LAMP_GAP, _LAMP_GAP, _HOLDER_GAP), _SPOTS)
+        lamp, *positions = three_placements(rng, _X, _Y, _REACH, (_LAMP_GAP, _LAMP_GAP, _HOLDER_GAP), _FALLBACK)
         world.place("lamp", Pose(np.array((*lamp, 0.0))))
-        for bulb, holder, colour, spot in zip(_BULBS, _HOLDERS, self.colours, spots, strict=True):
-            world.place(holder, Pose(np.array((*spot, 0.0))))
-            world.place(bulb, Pose(np.array((*spot, 0.0)), facing(_YAW)))
+        for bulb, holder, colour, position in zip(_BULBS, _HOLDERS, self.colours, positions, strict=True):
+            world.place(holder, Pose(np.array((*position, 0.0))))
+            world.place(bulb, Pose(np.array((*position, 0.0)), facing(_YAW)))
             paint_holder(world, holder, COLOURS[colour])
             world.paint(f"{bulb}_collar", COLOURS[colour])
 

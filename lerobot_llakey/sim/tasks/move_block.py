@@ -83,10 +83,10 @@ class MoveBlock(Task):
         x, y = rng.uniform(0.53, 0.59), shelter + rng.uniform(-0.03, 0.03)
         world.place("shelter", Pose(np.array((x, y, 0.0))))
         self._place_block(world, "yellow", (x, y), 0.0)
-        spots = [(0.34, shelter), (0.36, rest), (0.54, rest)]
-        for colour, spot in zip(rng.permutation(("purple", "blue", "green")), spots, strict=True):
+        positions = [(0.34, shelter), (0.36, rest), (0.54, rest)]
+        for colour, position in zip(rng.permutation(("purple", "blue", "green")), positions, strict=True):
             yaw = rng.uniform(-0.5, 0.5) if colour == "purple" else 0.0
-            centre = np.array((*spot, 0.0)) + (rng.uniform(-0.02, 0.02), rng.uniform(-0.03, 0.03), 0.0)
+            centre = np.array((*position, 0.0)) + (rng.uniform(-0.02, 0.02), rng.uniform(-0.03, 0.03), 0.0)
             world.place(f"{colour}_target", Pose(centre, Rotation.from_euler("z", yaw).as_quat()))
 
     def success(self, world: World) -> bool:
@@ -104,7 +104,7 @@ class MoveBlock(Task):
         return self._drop_other(world) + self._remaining(world)
 
     def _drop_other(self, world: World) -> list[Waypoint]:
-        """Where the wrong block was grasped, it is let go on the spot."""
+        """Where the wrong block was grasped, it is let go where it is."""
         other = "yellow" if self.block == "red" else "red"
         return [release(world.tool, f"the {other} block")] if world.holds(f"{other}_block") else []
 
@@ -126,8 +126,8 @@ class MoveBlock(Task):
         return f"the {self.target} target"
 
     @staticmethod
-    def _place_block(world: World, colour: str, spot: tuple[float, float], yaw: float) -> None:
-        world.place(f"{colour}_block", Pose(np.array((*spot, BLOCK)), Rotation.from_euler("z", yaw).as_quat()))
+    def _place_block(world: World, colour: str, position: tuple[float, float], yaw: float) -> None:
+        world.place(f"{colour}_block", Pose(np.array((*position, BLOCK)), Rotation.from_euler("z", yaw).as_quat()))
 
     def _block_pose(self, world: World) -> tuple[np.ndarray, float]:
         """Centre of the block, and its heading within an eighth of a turn: a cube looks the same every quarter."""

@@ -28,7 +28,7 @@ _TARGETS = {"blue": (0.10, 0.25, 0.90), "green": (0.10, 0.65, 0.20), "yellow": (
 _PAD = 0.05
 _LANES, _PADS = (0.365, 0.52, 0.675), (0.36, 0.49, 0.62)
 """Metres in front of the robot: shelters and the cup in the open, and the targets."""
-_FRONT, _SPOT, _PAD_Y = (0.25, 0.28), (0.04, 0.09), (-0.10, -0.05)
+_FRONT, _OPEN_Y, _PAD_Y = (0.25, 0.28), (0.04, 0.09), (-0.10, -0.05)
 """Metres to the robot's left: the shelters' front edges, the cup in the open, and the targets."""
 _INSIDE, _REACH = 0.018, 0.03
 """Metres from a shelter's front edge to the axis of the cup in it, and by which a cup may miss its target's centre."""
@@ -84,7 +84,7 @@ class MoveCup(Task):
         for name, lane in zip(("cabinet", "ledge", "open"), rng.permutation(_LANES), strict=True):
             x = lane + rng.uniform(-0.002, 0.002)
             if name == "open":
-                places[name] = np.array((x, rng.uniform(*_SPOT), 0.0))
+                places[name] = np.array((x, rng.uniform(*_OPEN_Y), 0.0))
                 continue
             front = np.array((x, rng.uniform(*_FRONT), 0.0))
             world.place(name, Pose(front))
@@ -96,8 +96,8 @@ class MoveCup(Task):
         in_the_open = self.sequence == CLAMP or (self.sequence == PULL_OUT and far)
         yaw = [Rotation.from_euler("z", angle) for angle in rng.uniform(-np.pi, np.pi, 2)]
         world.place("upward_cup", Pose(places["open" if in_the_open else "ledge"], yaw[0].as_quat()))
-        spot = places["open" if self.sequence == TURN else "cabinet"] + (0, 0, CUP_HEIGHT)
-        world.place("upside-down_cup", Pose(spot, (yaw[1] * Rotation.from_euler("x", np.pi)).as_quat()))
+        position = places["open" if self.sequence == TURN else "cabinet"] + (0, 0, CUP_HEIGHT)
+        world.place("upside-down_cup", Pose(position, (yaw[1] * Rotation.from_euler("x", np.pi)).as_quat()))
 
     def success(self, world: World) -> bool:
         cup = self._cup(world)

@@ -98,16 +98,16 @@ class PutBulb(Task):
         self.description = f"put the {self.colour} light bulb in the {self.box} box"
         rng = world.rng
         corners = rng.permutation(np.array(_CORNERS))
-        spots = rng.permutation(np.concatenate((corners[2:], _MIDDLE)))
-        for colour, spot in zip(_BOXES, corners, strict=False):
-            world.place(f"{colour}_box", _at(rng, spot))
-        for colour, spot in zip(_BULBS, spots, strict=False):
-            place = _at(rng, spot)
+        positions = rng.permutation(np.concatenate((corners[2:], _MIDDLE)))
+        for colour, position in zip(_BOXES, corners, strict=False):
+            world.place(f"{colour}_box", _at(rng, position))
+        for colour, position in zip(_BULBS, positions, strict=False):
+            pose = _at(rng, position)
             if colour in self.threads:
-                world.place(f"{colour}_socket", place)
+                world.place(f"{colour}_socket", pose)
                 self.threads[colour].start_in(world)
             else:
-                world.place(f"{colour}_bulb", Pose(place.position, facing(_YAW)))
+                world.place(f"{colour}_bulb", Pose(pose.position, facing(_YAW)))
 
     def before_step(self, world: World) -> None:
         for thread in self.threads.values():
@@ -173,8 +173,8 @@ class PutBulb(Task):
         return [let_go] if beside < _ARRIVED else steps[2:]
 
 
-def _at(rng: np.random.Generator, spot: np.ndarray) -> Pose:
-    return Pose(np.array((*(spot + rng.uniform(-_JITTER, _JITTER, 2)), 0.0)))
+def _at(rng: np.random.Generator, position: np.ndarray) -> Pose:
+    return Pose(np.array((*(position + rng.uniform(-_JITTER, _JITTER, 2)), 0.0)))
 
 
 def _add_body(socket: mujoco.MjsBody) -> None:

@@ -24,7 +24,7 @@ from lerobot_llakey.sim.objects.wine import (
     on_beam,
     slot_y,
 )
-from lerobot_llakey.sim.objects.wine_placements import LYING_GRIP, SIDE, draw_places
+from lerobot_llakey.sim.objects.wine_placements import LYING_GRIP, SIDE, draw_placements
 from lerobot_llakey.sim.tasks.base import Task, Waypoint
 from lerobot_llakey.sim.tasks.grasping import grasping, release
 from lerobot_llakey.sim.world import World
@@ -75,7 +75,7 @@ class StackWine(Task):
         self.sequence, slot = divmod(variation, len(SLOTS))
         self.colour, self.slot = tuple(BOTTLES)[self.sequence], SLOTS[slot]
         self.description = f"stack the {self.colour} wine bottle to the {self.slot} of the rack"
-        for body, pose in zip(("rack", *BOTTLES), draw_places(world.rng), strict=True):
+        for body, pose in zip(("rack", *BOTTLES), draw_placements(world.rng), strict=True):
             world.place(body, pose)
 
     def success(self, world: World) -> bool:
@@ -137,17 +137,17 @@ class StackWine(Task):
             if tool.position[2] < _CARRY - _LOW:
                 tool = _at_carry(tool)
                 steps.append(Waypoint(tool, False, True, instruct("raise")))
-            spot, hand = np.array((*tool.position[:2], _CARRY)), tool.rotation
+            position, hand = np.array((*tool.position[:2], _CARRY)), tool.rotation
             if abs(bottle.rotation.as_matrix()[2, 2]) > _STANDS:
                 hand = _levelled(grip, sign, heading)
-                steps.append(self._turn(Pose(spot, hand.as_quat()), "the lying pose"))
+                steps.append(self._turn(Pose(position, hand.as_quat()), "the lying pose"))
             left = final - _yaw(hand)
             if abs(left) > _FAR_TURN:
                 left = np.copysign(np.pi / 2, left)
                 crosswise = _levelled(grip, sign, final - left)
-                steps.append(self._turn(Pose(spot, crosswise.as_quat()), "the crosswise direction"))
+                steps.append(self._turn(Pose(position, crosswise.as_quat()), "the crosswise direction"))
             if abs(left) > _TURN:
-                steps.append(self._turn(Pose(spot, level.as_quat()), "the rack direction"))
+                steps.append(self._turn(Pose(position, level.as_quat()), "the rack direction"))
             steps.append(Waypoint(above, False, False, instruct("move", "top", f"the {self.slot} slot")))
         place = Waypoint(put, False, True, instruct("place", self._thing, f"the {self.slot} slot"))
         let_go = release(put, self._thing)

@@ -91,8 +91,8 @@ def test_expert_fetches_a_bulb_that_fell_on_its_side(simulation: Simulation) -> 
     simulation.reset(5)
     act(simulation, 4)
     lamp = world.pose("lamp").position
-    spot = np.array((0.5, -0.25 if lamp[1] > 0 else 0.25, 0.06))
-    world.place("bulb", Pose(spot, Rotation.from_euler("y", 1.4).as_quat()))
+    position = np.array((0.5, -0.25 if lamp[1] > 0 else 0.25, 0.06))
+    world.place("bulb", Pose(position, Rotation.from_euler("y", 1.4).as_quat()))
     simulation.clock.advance(1.5)
     assert parse(simulation.plan()[0].instruction).template == "move"
     assert templates(simulation) == STAGES

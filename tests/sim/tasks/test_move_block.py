@@ -28,9 +28,9 @@ def simulation() -> Simulation:
     return Simulation(make_task("move_block"))
 
 
-def put(simulation: Simulation, block: str, spot: np.ndarray, rotation: Rotation | None = None) -> None:
+def put(simulation: Simulation, block: str, position: np.ndarray, rotation: Rotation | None = None) -> None:
     world = simulation.world
-    world.place(f"{block}_block", Pose(spot, (rotation or Rotation.identity()).as_quat()))
+    world.place(f"{block}_block", Pose(position, (rotation or Rotation.identity()).as_quat()))
     simulation.clock.advance(0.3)
 
 
@@ -131,8 +131,8 @@ def test_expert_finds_a_displaced_block(simulation: Simulation, variation: int, 
     world = simulation.world
     simulation.reset(5, variation)
     target = world.pose("orange_target").position
-    spot = target + (forward, -np.sign(target[1]) * inwards, CENTRE)
-    put(simulation, "red", spot, Rotation.from_euler("z", 0.3 if inwards else 0.0))
+    position = target + (forward, -np.sign(target[1]) * inwards, CENTRE)
+    put(simulation, "red", position, Rotation.from_euler("z", 0.3 if inwards else 0.0))
     assert not simulation.success()
     steps = list(demonstrate(simulation))
     assert steps[-1].success

@@ -28,9 +28,9 @@ def simulation() -> Simulation:
     return Simulation(MoveCup())
 
 
-def put(simulation: Simulation, cup: str, spot: np.ndarray, rotation: Rotation | None = None) -> None:
+def put(simulation: Simulation, cup: str, position: np.ndarray, rotation: Rotation | None = None) -> None:
     world = simulation.world
-    world.place(cup, Pose(spot, (rotation or Rotation.identity()).as_quat()))
+    world.place(cup, Pose(position, (rotation or Rotation.identity()).as_quat()))
     simulation.clock.advance(0.5)
 
 
@@ -90,13 +90,13 @@ def test_only_the_named_cup_upright_on_the_named_target_is_success(simulation: S
     world = simulation.world
     simulation.reset(0, 3 * TURN)
     blue, green = (world.pose(f"{colour}_target").position for colour in ("blue", "green"))
-    for cup, spot, rotation, done in (
+    for cup, position, rotation, done in (
         ("upward_cup", green, None, False),
         ("upside-down_cup", blue + (0, 0, CUP_HEIGHT), UPSIDE_DOWN, False),
         ("upside-down_cup", blue + (0, 0.05, CUP_RADIUS), LYING, False),
         ("upside-down_cup", blue, None, True),
     ):
-        put(simulation, cup, spot, rotation)
+        put(simulation, cup, position, rotation)
         assert simulation.success() == done
 
 

@@ -114,17 +114,17 @@ def test_only_the_asked_bulb_inside_the_asked_box_counts(simulation: Simulation)
     simulation.reset(3, BLUE_PURPLE)
     purple, orange = (world.pose(f"{box}_box").position for box in ("purple", "orange"))
     home = world.pose("blue_bulb")
-    for bulb, spot, done in (
+    for bulb, position, done in (
         ("green", purple, False),
         ("blue", orange, False),
         ("blue", purple + (0.02, 0.02, 0.0), True),
         ("blue", purple + (0.0, 0.1, 0.0), False),
     ):
         world.place("blue_bulb", home)
-        world.place(f"{bulb}_bulb", Pose(spot + (0, 0, 0.006)))
+        world.place(f"{bulb}_bulb", Pose(position + (0, 0, 0.006)))
         world.place("green_bulb", Pose(np.array((0.3, 0.0, 0.0)))) if bulb == "blue" else None
         simulation.clock.advance(0.3)
-        assert simulation.success() == done, (bulb, spot)
+        assert simulation.success() == done, (bulb, position)
 
 
 def test_a_bulb_above_its_box_in_the_hand_is_no_success(simulation: Simulation) -> None:
@@ -138,8 +138,8 @@ def test_a_bulb_above_its_box_in_the_hand_is_no_success(simulation: Simulation) 
 def test_expert_takes_a_bulb_out_of_the_wrong_box(simulation: Simulation) -> None:
     world = simulation.world
     simulation.reset(5, BLUE_PURPLE)
-    spot = world.pose("orange_box").position + (0.03, 0.03, 0.02)
-    world.place("blue_bulb", Pose(spot, Rotation.from_euler("y", 0.6).as_quat()))
+    position = world.pose("orange_box").position + (0.03, 0.03, 0.02)
+    world.place("blue_bulb", Pose(position, Rotation.from_euler("y", 0.6).as_quat()))
     simulation.clock.advance(1.0)
     assert templates(simulation) == STAGES[LOOSE]
 

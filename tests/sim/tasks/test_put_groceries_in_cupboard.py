@@ -22,9 +22,9 @@ def simulation() -> Simulation:
     return Simulation(make_task("put_groceries_in_cupboard"))
 
 
-def put(simulation: Simulation, good: int, spot: np.ndarray, rotation: Rotation | None = None) -> None:
+def put(simulation: Simulation, good: int, position: np.ndarray, rotation: Rotation | None = None) -> None:
     world = simulation.world
-    world.place(GOODS[good].body, Pose(spot, (rotation or Rotation.identity()).as_quat()))
+    world.place(GOODS[good].body, Pose(position, (rotation or Rotation.identity()).as_quat()))
     simulation.clock.advance(0.5)
 
 
@@ -102,8 +102,8 @@ def test_a_good_in_the_hand_is_no_success(simulation: Simulation) -> None:
 def test_expert_takes_up_what_lies_on_its_side(simulation: Simulation, variation: int, yaw: float) -> None:
     world = simulation.world
     simulation.reset(4, variation)
-    spot = world.pose(GOODS[variation].body).position
-    put(simulation, variation, spot, Rotation.from_euler("z", yaw) * LYING)
+    position = world.pose(GOODS[variation].body).position
+    put(simulation, variation, position, Rotation.from_euler("z", yaw) * LYING)
     assert list(demonstrate(simulation))[-1].success
 
 
@@ -165,7 +165,7 @@ def test_expert_leaves_another_good_its_place_on_the_shelf(simulation: Simulatio
 def test_a_hand_does_not_press_a_good_through_the_table(simulation: Simulation) -> None:
     world = simulation.world
     simulation.reset(0, TUNA)
-    spot = world.pose("tuna").position
-    act(simulation, Pose(spot, top_down()).shifted(z=0.1), False)
-    act(simulation, Pose(spot * (1, 1, 0), top_down()), False)
+    position = world.pose("tuna").position
+    act(simulation, Pose(position, top_down()).shifted(z=0.1), False)
+    act(simulation, Pose(position * (1, 1, 0), top_down()), False)
     assert world.pose("tuna").position[2] > 0.01
