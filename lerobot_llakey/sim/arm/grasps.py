@@ -42,7 +42,7 @@ class Grasp:
         return float(np.arccos(np.clip(-self.axis[2], -1.0, 1.0)))
 
     def hand(self, thing: np.ndarray, yaw: float) -> Pose:
-        """The tool's pose, at a yaw (radians), that brings the thing's origin to a position (3,) and its axis upright."""
+        """The tool's pose, at a yaw (radians), that brings the thing to a position (3,), its axis upright."""
         down = Rotation.from_quat(top_down(yaw))
         leaning = down.apply(self.axis)
         turn = np.cross(leaning, (0.0, 0.0, 1.0))
