@@ -13,6 +13,7 @@ FOUNDATION = {"geometry", "schema"}
 GRAMMAR = {"sentences", "grammar_overlap", "grammar_data", "grammar"}
 WORDS = FOUNDATION | GRAMMAR | {"hand", "instructions", "hints", "keyframes"}
 POLICIES = {"policies.action", "policies.command", "policies.hierarchy"}
+SIMULATOR = {"sim.mujoco_poses", "sim.arm", "sim.world", "sim.objects", "sim.tasks", "sim.perturbations"}
 
 MAY_IMPORT: dict[str, set[str]] = {
     "schema": set(),
@@ -33,7 +34,15 @@ MAY_IMPORT: dict[str, set[str]] = {
     # What the experts' recordings and anyone else's have in common.
     "labels": WORDS,
     "checks": WORDS | {"labels"},
-    "sim": WORDS | {"labels"},
+    # The simulator, from below: the arm, a scene's state, things, tasks; then time, motion and the episode, which
+    # perturbations strike; last what LeRobot and the datasets meet.
+    "sim.mujoco_poses": FOUNDATION,
+    "sim.arm": FOUNDATION | {"sim.mujoco_poses"},
+    "sim.world": FOUNDATION | {"sim.mujoco_poses", "sim.arm"},
+    "sim.objects": FOUNDATION | {"sim.mujoco_poses", "sim.arm", "sim.world"},
+    "sim.tasks": WORDS | {"sim.mujoco_poses", "sim.arm", "sim.world", "sim.objects"},
+    "sim.perturbations": FOUNDATION | {"sim.arm", "sim"},
+    "sim": WORDS | {"labels"} | SIMULATOR,
     "policies": WORDS | {"saved"},
     "policies.action": WORDS | {"policies", "saved", "checks"},
     "policies.command": WORDS | {"policies", "saved", "checks"},
@@ -49,7 +58,10 @@ MAY_IMPORT: dict[str, set[str]] = {
     # Importing the package registers its environment and its policies.
     "": POLICIES | {"policies", "saved", "sim"},
 }
-"""Each room, and the other rooms that it may import."""
+"""Each room, and the other rooms that it may import; who may import ``sim`` from outside may import all of it."""
+for _room, _below in MAY_IMPORT.items():
+    if "sim" in _below and not _room.startswith("sim"):
+        _below |= SIMULATOR
 
 EVERYWHERE = {"errors", "files", "folders", "bounds"}
 """What stands below every room."""
@@ -154,3 +166,41 @@ def test_the_search_finds_the_schemas_own_names() -> None:
     names = spelled_feature_names((PACKAGE / "schema.py").read_text())
     assert {"observation.state", "observation.images.", "keyframe.is_keyframe", "episode.seed"} <= set(names)
     assert spelled_feature_names('"""observation.state"""') == []
+
+
+NAMES = {module_name(path) for path in MODULES}
+
+
+def imported_modules(path: Path) -> set[str]:
+    """The package's modules that a module's source names in its imports, those for type checkers alone included."""
+    names = imports_of((PACKAGE / path).read_text(), module_name(path), path.name == "__init__.py")
+    inside = {name.removeprefix("lerobot_llakey.") for name in names if name.startswith("lerobot_llakey.")}
+    return {name if name in NAMES else name.rpartition(".")[0] for name in inside} & NAMES
+
+
+def circles(graph: dict[str, set[str]]) -> list[set[str]]:
+    """The groups of modules that reach one another by imports."""
+    reached = {}
+    for module in graph:
+        found, left = set[str](), [module]
+        while left:
+            left += (new := graph[left.pop()] - found)
+            found |= new
+        reached[module] = found
+    groups = {frozenset(other for other in found if module in reached[other]) for module, found in reached.items()}
+    return sorted((set(group) for group in groups if group), key=min)
+
+
+WITH_CIRCLES = {"policies.action", "policies.command"}
+"""Rooms that still hold modules which import one another in a circle; no room may be added."""
+
+
+def test_no_modules_import_one_another_in_a_circle() -> None:
+    graph = {module_name(path): imported_modules(path) - {module_name(path)} for path in MODULES}
+    found = [group for group in circles(graph) if not {room_of(module) for module in group} <= WITH_CIRCLES]
+    assert not found, f"These import one another in a circle: {[sorted(group) for group in found]}."
+
+
+def test_circles_are_found() -> None:
+    graph = {"a": {"b"}, "b": {"c"}, "c": {"a", "d"}, "d": set(), "e": {"f"}, "f": {"e"}, "g": {"a"}}
+    assert circles(graph) == [{"a", "b", "c"}, {"e", "f"}]

@@ -15,6 +15,7 @@ from lerobot_llakey.experiments.runner import run_stages
 from lerobot_llakey.experiments.settings import AmbiguitySettings, TrainingSettings
 from lerobot_llakey.experiments.stages import Ledger
 from lerobot_llakey.saved.folder import inspect_checkpoint
+from lerobot_llakey.sim.settings import MAX_STEPS
 
 _RECIPES = {"action": "action_small", "command": "command_small", "baseline": "action_small_baseline"}
 
@@ -33,7 +34,7 @@ class AmbiguityConfig(AmbiguitySettings):
     """
 
     action_path: Path | None = None
-    max_steps: int = 25
+    max_steps: int = MAX_STEPS
     device: str = "cpu"
     side_by_side: int = 1
     num_workers: int = 0

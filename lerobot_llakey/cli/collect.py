@@ -18,7 +18,7 @@ from lerobot_llakey.datasets.balance import Balance, sampling_mode
 from lerobot_llakey.datasets.collect import collect
 from lerobot_llakey.datasets.plan import CollectSettings, Targets
 from lerobot_llakey.errors import LlakeyError
-from lerobot_llakey.sim.disturbances import EVENTS
+from lerobot_llakey.sim.perturbations.registry import EVENTS
 from lerobot_llakey.sim.tasks import parse_tasks
 
 

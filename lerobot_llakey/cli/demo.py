@@ -19,8 +19,8 @@ from lerobot_llakey.evaluation.rollout import Actor, Agent, Episode, Expert, run
 from lerobot_llakey.evaluation.tables import success_table
 from lerobot_llakey.evaluation.workers import run_jobs
 from lerobot_llakey.saved.folder import inspect_checkpoint
-from lerobot_llakey.sim.disturbances import check_disturbance
 from lerobot_llakey.sim.env import LlakeySimEnv
+from lerobot_llakey.sim.perturbations.registry import check_disturbance
 from lerobot_llakey.sim.tasks import parse_tasks
 
 _EXPERT = "expert"

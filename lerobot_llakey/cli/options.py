@@ -18,8 +18,8 @@ from lerobot_llakey import schema
 from lerobot_llakey.bounds import require_count, require_number
 from lerobot_llakey.errors import FileInTheWayError, LlakeyError
 from lerobot_llakey.files import check_writable
-from lerobot_llakey.sim.disturbances import check_disturbance
-from lerobot_llakey.sim.expert import MAX_STEPS
+from lerobot_llakey.sim.perturbations.registry import check_disturbance
+from lerobot_llakey.sim.settings import MAX_STEPS
 from lerobot_llakey.sim.tasks import parse_tasks
 
 MOST_EPISODES = 1_000_000

@@ -13,6 +13,7 @@ from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.evaluation.protocol.experiment import Output, foresee, report_rollback, run_experiment
 from lerobot_llakey.evaluation.protocol.plan import Plan
 from lerobot_llakey.evaluation.protocol.rows import read_rows
+from lerobot_llakey.sim.settings import MAX_STEPS
 from lerobot_llakey.sim.tasks import parse_tasks
 
 
@@ -40,7 +41,7 @@ class RollbackConfig:
     task: str = "all"
     disturbance: str = "drop,block,shift,empty_grasp"
     num_episodes: int = 25
-    max_steps: int = 25
+    max_steps: int = MAX_STEPS
     split: str = "test"
     first_seed: int = 0
     blame: bool = True

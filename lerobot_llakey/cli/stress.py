@@ -20,7 +20,7 @@ class StressConfig:
 
     Attributes:
         task: task names separated by commas, or all.
-        num_actions: at least so many over all tasks, in episodes of 25.
+        num_actions: at least so many over all tasks, in whole episodes.
         split: of the scene seeds.
         num_workers: processes; one for each CPU core where 0.
         output_dir: where results.json goes; only the table is printed without it.

@@ -13,6 +13,7 @@ from lerobot_llakey.evaluation.protocol.experiment import Output, foresee, repor
 from lerobot_llakey.evaluation.protocol.lower_part import AbilitySamples
 from lerobot_llakey.evaluation.protocol.plan import Plan
 from lerobot_llakey.evaluation.protocol.rows import read_rows
+from lerobot_llakey.sim.settings import MAX_STEPS
 from lerobot_llakey.sim.tasks import parse_tasks
 
 
@@ -44,7 +45,7 @@ class TableConfig:
     task: str = "all"
     num_episodes: int = 25
     repeats: int = 6
-    max_steps: int = 25
+    max_steps: int = MAX_STEPS
     split: str = "test"
     first_seed: int = 0
     blame: bool = True

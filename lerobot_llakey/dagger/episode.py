@@ -60,7 +60,7 @@ def visited_frames(
 
 def _labelled(env: LlakeySimEnv, observation: Mapping[str, Any], waypoint: Waypoint, previous: str) -> Frame:
     """An observation with the expert's action and instruction."""
-    task, disturbance = env.world.task, env.world.disturbance
+    task, perturbation = env.simulation.task, env.simulation.perturbation
     state, step = observation["agent_pos"], int(observation["step"][0])
     return frame_columns(env.pictures) | {
         schema.TASK: task.description,
@@ -73,9 +73,9 @@ def _labelled(env: LlakeySimEnv, observation: Mapping[str, Any], waypoint: Waypo
         schema.IS_KEYFRAME: np.array([step > 0]),
         schema.KEYFRAME_INDEX: np.array([step]),
         schema.NEXT_KEYFRAME: np.array([step + 1]),
-        schema.EPISODE_SEED: np.array([env.world.seed]),
+        schema.EPISODE_SEED: np.array([env.simulation.seed]),
         schema.EPISODE_VARIATION: np.array([int(task.variation)]),
         schema.EPISODE_SEQUENCE: np.array([int(task.sequence)]),
         schema.EPISODE_TASK: task.name,
-        schema.EPISODE_EVENT: env.disturbance if disturbance is not None and disturbance.struck else "",
+        schema.EPISODE_EVENT: env.disturbance if perturbation is not None and perturbation.struck else "",
     }

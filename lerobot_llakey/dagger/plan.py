@@ -10,7 +10,7 @@ from typing import Any
 from lerobot_llakey import schema
 from lerobot_llakey.bounds import require_count, require_number
 from lerobot_llakey.datasets.plan import IMAGE_SIZES, check_tasks
-from lerobot_llakey.sim.disturbances import check_disturbance
+from lerobot_llakey.sim.perturbations.registry import check_disturbance
 
 
 @dataclass(frozen=True)
@@ -26,8 +26,8 @@ class DaggerSettings:
         image_size: pixels of height and width.
         max_steps: actions after which an episode ends.
         expert_share: share of the actions that the expert carries out itself, so that later states are met as well.
-        disturbance: what disturbs every episode, out of :data:`~lerobot_llakey.sim.disturbances.DISTURBANCES`; nothing
-            where empty.
+        disturbance: what disturbs every episode, out of
+            :data:`~lerobot_llakey.sim.perturbations.registry.DISTURBANCES`; nothing where empty.
 
     Raises:
         LlakeyError: if a number is out of range, or the split or the disturbance is unknown.

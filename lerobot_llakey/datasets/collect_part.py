@@ -17,21 +17,21 @@ from lerobot_llakey.datasets.plan import ATTEMPTS, CollectSettings
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.sim.cameras import CameraRig
 from lerobot_llakey.sim.recorder import Episode, record
+from lerobot_llakey.sim.simulation import Simulation
 from lerobot_llakey.sim.tasks import make_task
-from lerobot_llakey.sim.world import World
 
 
 class _Stages:
-    """The worlds of one process, built when first needed: each has its own OpenGL context."""
+    """The simulations of one process, built when first needed: each has its own OpenGL context."""
 
     def __init__(self, image_size: int) -> None:
         self.image_size = image_size
-        self._made: dict[str, tuple[World, CameraRig]] = {}
+        self._made: dict[str, tuple[Simulation, CameraRig]] = {}
 
-    def get(self, task: str) -> tuple[World, CameraRig]:
+    def get(self, task: str) -> tuple[Simulation, CameraRig]:
         if task not in self._made:
-            world = World(make_task(task))
-            self._made[task] = world, CameraRig(world.model, self.image_size)
+            simulation = Simulation(make_task(task))
+            self._made[task] = simulation, CameraRig(simulation.world.model, self.image_size)
         return self._made[task]
 
 
@@ -40,17 +40,19 @@ def _stages(image_size: int) -> _Stages:
     return _Stages(image_size)
 
 
-def good_episode(settings: CollectSettings, index: int, world: World) -> tuple[Episode, Counter[str]]:
+def good_episode(settings: CollectSettings, index: int, simulation: Simulation) -> tuple[Episode, Counter[str]]:
     """Record the ``index``-th episode, trying its seeds in turn, and count what was thrown away.
 
     Raises:
         LlakeyError: if all its seeds fail.
     """
     task, number = settings.slot(index)
-    variation = number % world.task.variations
+    variation = number % simulation.task.variations
     thrown: Counter[str] = Counter()
     for attempt in range(ATTEMPTS):
-        episode = record(world, settings.seed(number, attempt), variation, settings.fps, settings.disturbance(number))
+        episode = record(
+            simulation, settings.seed(number, attempt), variation, settings.fps, settings.disturbance(number)
+        )
         if episode.usable:
             return episode, thrown
         thrown[f"{task}: " + ("keyframes differ from the waypoints" if episode.success else "not done")] += 1
@@ -85,13 +87,13 @@ def collect_part(
                 ImageDatasetWriter("local/part", temporary / "keysteps", settings.fps, features, ROBOT_TYPE)
             )
         for index in range(start, stop):
-            world, rig = stages.get(settings.slot(index)[0])
-            episode, bad = good_episode(settings, index, world)
+            simulation, rig = stages.get(settings.slot(index)[0])
+            episode, bad = good_episode(settings, index, simulation)
             thrown += bad
             samples = []
             if keysteps is not None:
                 samples = balance.select(episode.keyframes, len(episode), keystep_rng(episode))
-            frames = frames_of(world, rig, episode, range(len(episode)) if demonstrations is not None else samples)
+            frames = frames_of(simulation, rig, episode, range(len(episode)) if demonstrations is not None else samples)
             if demonstrations is not None:
                 demonstrations.add_episode(frames)
             if keysteps is not None:

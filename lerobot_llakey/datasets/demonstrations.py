@@ -16,7 +16,7 @@ from lerobot_llakey import schema
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.sim.cameras import CameraRig
 from lerobot_llakey.sim.recorder import Episode, frame_columns, render_frames
-from lerobot_llakey.sim.world import World
+from lerobot_llakey.sim.simulation import Simulation
 
 ROBOT_TYPE = "panda"
 _DEPTH_SCALE = ("depth_min", "depth_max", "use_log")
@@ -26,11 +26,11 @@ _LONGEST_EPISODE = 100_000
 Frame = dict[str, Any]
 
 
-def frames_of(world: World, rig: CameraRig, episode: Episode, indices: Iterable[int]) -> list[Frame]:
-    """Some frames of the episode that the world recorded last, as ``LeRobotDataset.add_frame`` takes them.
+def frames_of(simulation: Simulation, rig: CameraRig, episode: Episode, indices: Iterable[int]) -> list[Frame]:
+    """Some frames of the episode that the simulation recorded last, as ``LeRobotDataset.add_frame`` takes them.
 
     Args:
-        world: as the recorder left it.
+        simulation: as the recorder left it.
         rig: cameras of the world's model.
         episode: what was recorded.
         indices: of the frames; repeated ones are rendered once.
@@ -38,7 +38,7 @@ def frames_of(world: World, rig: CameraRig, episode: Episode, indices: Iterable[
     wanted = list(indices)
     labels = episode.labels()
     rendered: dict[int, Frame] = {}
-    for index, pictures in render_frames(world, rig, episode, sorted(set(wanted))):
+    for index, pictures in render_frames(simulation, rig, episode, sorted(set(wanted))):
         robot = {schema.STATE: episode.states[index], schema.VELOCITY: episode.velocities[index]}
         rendered[index] = frame_columns(pictures) | labels.row(index) | episode.origin() | robot
         rendered[index][schema.TASK] = episode.description

@@ -14,7 +14,7 @@ from lerobot_llakey import schema
 from lerobot_llakey.bounds import require_count, require_number
 from lerobot_llakey.datasets.balance import PAPER, Balance
 from lerobot_llakey.errors import LlakeyError
-from lerobot_llakey.sim.disturbances import EVENTS, IMPRECISE
+from lerobot_llakey.sim.perturbations.registry import EVENTS, IMPRECISE
 from lerobot_llakey.sim.scene import TIMESTEP
 
 ATTEMPTS = 10

@@ -10,8 +10,8 @@ import numpy as np
 from lerobot_llakey import schema
 from lerobot_llakey.sim.cameras import CameraRig
 from lerobot_llakey.sim.expert import demonstrate
+from lerobot_llakey.sim.simulation import Simulation
 from lerobot_llakey.sim.tasks import make_task
-from lerobot_llakey.sim.world import World
 
 _SIDE = 192
 """Pixels of a policy camera's picture on the page; people's picture is as high and 4:3."""
@@ -38,17 +38,18 @@ def contact_sheet(tasks: Sequence[str], seed: int, actions: int = 2, detailed: b
 
 
 def _row(task: str, seed: int, actions: int, detailed: bool) -> np.ndarray:
-    world = World(make_task(task), detailed)
+    simulation = Simulation(make_task(task), detailed)
+    world = simulation.world
     rig = CameraRig(world.model, schema.IMAGE_SIZE)
-    world.reset(seed)
-    for _ in demonstrate(world, actions):
+    simulation.reset(seed)
+    for _ in demonstrate(simulation, actions):
         pass
     views = rig.render_all(world.data)
     people = cv2.resize(rig.render_for_people(world.data), (_SIDE * 4 // 3, _SIDE), interpolation=cv2.INTER_AREA)
     rig.close()
     policy = [cv2.resize(views[name].rgb, (_SIDE, _SIDE), interpolation=cv2.INTER_NEAREST) for name in schema.CAMERAS]
     row = np.concatenate([people, *policy], axis=1)
-    words = f"{world.task.name}: {world.task.description}"
+    words = f"{simulation.task.name}: {simulation.task.description}"
     for colour, thickness in ((_BLACK, 3), (_WHITE, 1)):
         cv2.putText(row, words, (6, 16), _FONT, 0.45, colour, thickness, cv2.LINE_AA)
     return row

@@ -59,8 +59,7 @@ def expert_actions(task: str, seed: int, split: str) -> tuple[np.ndarray, str]:
 
 def _next_waypoints(env: LlakeySimEnv) -> Iterator[np.ndarray]:
     for _ in range(_ACTIONS):
-        waypoint = env.expert_waypoint()
-        if waypoint is None:
+        if (waypoint := env.expert_waypoint()) is None:
             return
         yield waypoint_action(waypoint)
 

@@ -10,8 +10,8 @@ from typing import Any
 from tqdm import tqdm
 
 from lerobot_llakey import schema
-from lerobot_llakey.evaluation.workers import run_jobs, world_of
-from lerobot_llakey.sim.disturbances import check_disturbance
+from lerobot_llakey.evaluation.workers import run_jobs, simulation_of
+from lerobot_llakey.sim.perturbations.registry import check_disturbance
 from lerobot_llakey.sim.recorder import record
 from lerobot_llakey.sim.tasks import task_classes
 
@@ -47,11 +47,11 @@ class Trial:
 
 def run_trials(task: str, split: str, indices: Sequence[int], disturbance: str = "") -> list[Trial]:
     """Let a task's expert act in some scenes of a split, disturbed where asked; variations take turns."""
-    world = world_of(task)
+    simulation = simulation_of(task)
     trials = []
     for index in indices:
-        seed, variation = schema.scene_seed(split, index), index % world.task.variations
-        episode = record(world, seed, variation, disturbance=disturbance or None)
+        seed, variation = schema.scene_seed(split, index), index % simulation.task.variations
+        episode = record(simulation, seed, variation, disturbance=disturbance or None)
         trials.append(
             Trial(
                 task=task,

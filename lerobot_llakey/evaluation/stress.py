@@ -13,11 +13,11 @@ from scipy.spatial.transform import Rotation
 from tqdm import tqdm
 
 from lerobot_llakey import schema
-from lerobot_llakey.evaluation.workers import run_jobs, world_of
+from lerobot_llakey.evaluation.workers import run_jobs, simulation_of
 from lerobot_llakey.geometry import Pose
-from lerobot_llakey.sim.expert import MAX_STEPS
-from lerobot_llakey.sim.planning import PlanningError
-from lerobot_llakey.sim.world import World
+from lerobot_llakey.sim.arm.planning import PlanningError
+from lerobot_llakey.sim.settings import MAX_STEPS
+from lerobot_llakey.sim.simulation import Simulation
 
 _SUNK = -0.03
 """Metres below the table's top at which a body's centre has gone through it."""
@@ -39,7 +39,7 @@ class Stress:
         not_finite: episodes whose state became NaN or infinite, or in which MuJoCo found its physics wrong (it then
             starts anew from a reset state, without an error).
         sunk: names of bodies that went through the table, with the seed.
-        slowest: seconds of the slowest episode of 25 actions.
+        slowest: seconds of the slowest episode.
     """
 
     task: str
@@ -63,21 +63,24 @@ class Stress:
         self.slowest = max(self.slowest, other.slowest)
 
 
-def stress_episode(world: World, seed: int) -> Stress:
-    """Take 25 random legal actions in the scene of a seed."""
-    world.reset(seed)
+def stress_episode(simulation: Simulation, seed: int) -> Stress:
+    """Take an episode of random legal actions in the scene of a seed."""
+    world = simulation.world
+    simulation.reset(seed)
     rng = np.random.default_rng((seed, 2))
     bodies = [body for body in _free_bodies(world.model) if world.pose(body).position[2] > _SUNK]
-    found, start = Stress(world.task.name), time.perf_counter()
+    found, start = Stress(simulation.task.name), time.perf_counter()
     for _ in range(MAX_STEPS):
-        pose, gripper_open, ignore_collision = _action(world, rng)
+        pose, gripper_open, ignore_collision = _action(simulation, rng)
         try:
-            world.act(pose, gripper_open, ignore_collision)
+            simulation.act(pose, gripper_open, ignore_collision)
             found.outcomes["moved"] += 1
         except PlanningError as error:
             found.outcomes[error.reason] += 1
         found.actions += 1
-        if world.warnings() or not (np.isfinite(world.data.qpos).all() and np.isfinite(world.data.qvel).all()):
+        if simulation.clock.warnings() or not (
+            np.isfinite(world.data.qpos).all() and np.isfinite(world.data.qvel).all()
+        ):
             found.not_finite += 1
             break
     found.sunk = [(body, seed) for body in bodies if _is_sunk(world.pose(body).position)]
@@ -85,9 +88,9 @@ def stress_episode(world: World, seed: int) -> Stress:
     return found
 
 
-def _action(world: World, rng: np.random.Generator) -> tuple[Pose, bool, bool]:
+def _action(simulation: Simulation, rng: np.random.Generator) -> tuple[Pose, bool, bool]:
     flags = bool(rng.random() < 0.5), bool(rng.random() < 0.5)
-    waypoints = world.task.plan(world)
+    waypoints = simulation.plan()
     if waypoints and rng.random() < _NEAR_SHARE:
         pose = waypoints[int(rng.integers(len(waypoints)))].pose
         turn = Rotation.from_rotvec(rng.normal(size=3) * _TURN * rng.random())
@@ -110,7 +113,7 @@ def _is_sunk(position: np.ndarray) -> bool:
 def _run(task: str, seeds: Sequence[int]) -> Stress:
     total = Stress(task)
     for seed in seeds:
-        total.add(stress_episode(world_of(task), seed))
+        total.add(stress_episode(simulation_of(task), seed))
     return total
 
 
@@ -119,7 +122,7 @@ def stress(tasks: Sequence[str], num_actions: int, split: str = "val", num_worke
 
     Args:
         tasks: their names.
-        num_actions: at least so many over all tasks, in episodes of 25.
+        num_actions: at least so many over all tasks, in whole episodes.
         split: of the scene seeds.
         num_workers: processes; one for each CPU core where 0, none but this one where 1.
 

@@ -14,8 +14,8 @@ from typing import Any
 
 import torch
 
+from lerobot_llakey.sim.simulation import Simulation
 from lerobot_llakey.sim.tasks import make_task
-from lerobot_llakey.sim.world import World
 
 
 def run_jobs[Result](
@@ -65,6 +65,6 @@ def _end_with(sentinel: int) -> None:
 
 
 @functools.cache
-def world_of(task: str) -> World:
-    """The scene of a task, built once in each process."""
-    return World(make_task(task))
+def simulation_of(task: str) -> Simulation:
+    """The simulation of a task, built once in each process."""
+    return Simulation(make_task(task))

@@ -21,6 +21,7 @@ from lerobot_llakey.experiments.stages import Stage
 from lerobot_llakey.experiments.training import Training
 from lerobot_llakey.experiments.wordings import TASK_NAME, TRAININGS
 from lerobot_llakey.files import alone_in, write_whole
+from lerobot_llakey.sim.settings import MAX_STEPS
 
 PAGE, PLOT = "ambiguity.md", "ambiguity.png"
 _PREFIX = "ambiguity"
@@ -45,7 +46,7 @@ class Ambiguity:
     folder: Path
     device: str = "cpu"
     launcher: str = ""
-    max_steps: int = 25
+    max_steps: int = MAX_STEPS
     num_workers: int = 0
     action: Path | None = None
     after: tuple[str, ...] = ()

@@ -22,6 +22,7 @@ from lerobot_llakey.evaluation.workers import run_jobs
 from lerobot_llakey.experiments.stages import Clock
 from lerobot_llakey.experiments.wordings import TASK_NAME, TESTS, tested_wording
 from lerobot_llakey.sim.env import LlakeySimEnv
+from lerobot_llakey.sim.settings import MAX_STEPS
 
 LLAKEY, BASELINE = "LLaKey", "baseline"
 
@@ -71,7 +72,7 @@ class Worded:
 
     def act(self, env: LlakeySimEnv, observation: Mapping[str, Any]) -> tuple[np.ndarray, str]:
         """Action (9,) for one unbatched observation, and the basic instruction behind it."""
-        task = tested_wording(self._training, self._test, env.task_description, env.world.task.sequence)
+        task = tested_wording(self._training, self._test, env.task_description, env.simulation.task.sequence)
         action = self._agent.act_on(self._agent.batch(task, observation))
         instructions = getattr(self._agent.policy, "last_instructions", None) or [""]
         return action, instructions[0]
@@ -94,7 +95,7 @@ def make_arms(tests: Sequence[str], policies: Mapping[tuple[str, str], Path], ac
     return arms
 
 
-def make_plan(num_episodes: int, repeats: int, max_steps: int = 25, split: str = "test") -> Plan:
+def make_plan(num_episodes: int, repeats: int, max_steps: int = MAX_STEPS, split: str = "test") -> Plan:
     """The episodes of each arm."""
     return Plan((TASK_NAME,), num_episodes, repeats, max_steps, split, blame=False)
 

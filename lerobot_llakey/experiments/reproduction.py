@@ -24,6 +24,7 @@ from lerobot_llakey.experiments.stages import Stage
 from lerobot_llakey.experiments.training import Training
 from lerobot_llakey.experiments.wordings import TASK_NAME
 from lerobot_llakey.policies.hierarchy.compose import compose
+from lerobot_llakey.sim.settings import MAX_STEPS
 from lerobot_llakey.sim.tasks import parse_tasks
 
 _SAMPLES_AN_EPISODE = 25
@@ -48,7 +49,7 @@ class Scale:
 
     scale: str = "paper"
     task: str = "all"
-    max_steps: int = 25
+    max_steps: int = MAX_STEPS
     split: str = "test"
     data: DataSettings = field(default_factory=DataSettings)
     train: Train = field(default_factory=Train)

@@ -14,8 +14,8 @@ from scipy.spatial.transform import Rotation
 
 from lerobot_llakey.geometry import DOWN, nearest_sign, pinhole_intrinsics
 from lerobot_llakey.schema import CAMERAS
+from lerobot_llakey.sim.arm.panda import HULL_GROUP, VISUAL_GROUP
 from lerobot_llakey.sim.mujoco_poses import wxyz
-from lerobot_llakey.sim.robot import HULL_GROUP, VISUAL_GROUP
 
 VIEWER = "viewer"
 """The camera of videos made for people."""

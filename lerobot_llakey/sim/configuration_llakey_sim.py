@@ -16,7 +16,7 @@ from lerobot_llakey import schema
 from lerobot_llakey.bounds import require_count
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.sim.processes import share_imports
-from lerobot_llakey.sim.settings import check_settings
+from lerobot_llakey.sim.settings import MAX_STEPS, check_settings
 from lerobot_llakey.sim.text_codes import OracleTextStep
 
 SUITE = "llakey_sim"
@@ -32,7 +32,7 @@ class LlakeySimConfig(EnvConfig):
         fps: frames a second of the videos that lerobot-eval writes, one frame for each keyframe action.
         split: which range of scene seeds episodes come from: train, val or test.
         image_size: height and width in pixels of the four RGB-D cameras.
-        episode_length: keyframe actions after which an episode ends (paper: 25).
+        episode_length: keyframe actions after which an episode ends.
         oracle_instructions: add the expert's instruction from the present state to each observation.
         render_size: height and width in pixels of the pictures made for people.
         detailed: show the robot's detailed meshes in pictures made for people.
@@ -49,7 +49,7 @@ class LlakeySimConfig(EnvConfig):
     fps: int = 2
     split: str = "test"
     image_size: int = schema.IMAGE_SIZE
-    episode_length: int = 25
+    episode_length: int = MAX_STEPS
     oracle_instructions: bool = False
     render_size: tuple[int, int] = (480, 640)
     detailed: bool = False

@@ -13,9 +13,11 @@ from lerobot_llakey import schema
 from lerobot_llakey.bounds import require_count, require_number
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.geometry import Pose
+from lerobot_llakey.sim.arm.planning import PlanningError
 from lerobot_llakey.sim.cameras import RGBD, CameraRig
-from lerobot_llakey.sim.planning import PlanningError
-from lerobot_llakey.sim.settings import check_settings
+from lerobot_llakey.sim.perturbations.registry import make_perturbation
+from lerobot_llakey.sim.settings import MAX_STEPS, check_settings
+from lerobot_llakey.sim.simulation import Simulation
 from lerobot_llakey.sim.spaces import action_space, checked_action, observation_space
 from lerobot_llakey.sim.tasks import make_task
 from lerobot_llakey.sim.tasks.base import Waypoint
@@ -48,8 +50,8 @@ class LlakeySimEnv(gym.Env):
         render_size: height and width in pixels of :meth:`render`.
         render_fps: frames a second of videos with one frame an action.
         detailed: show the robot's detailed meshes to people.
-        disturbance: unforeseen event that strikes once an episode (see :class:`lerobot_llakey.sim.events.Event`),
-            or ``imprecise``; none where empty.
+        disturbance: unforeseen event that strikes once an episode or ``imprecise`` (see
+            :data:`~lerobot_llakey.sim.perturbations.registry.DISTURBANCES`); none where empty.
 
     Raises:
         LlakeyError: if a setting is unknown or out of range.
@@ -60,7 +62,7 @@ class LlakeySimEnv(gym.Env):
         task: str,
         split: str = "test",
         image_size: int = schema.IMAGE_SIZE,
-        episode_length: int = 25,
+        episode_length: int = MAX_STEPS,
         oracle_instructions: bool = False,
         render_size: tuple[int, int] = (480, 640),
         render_fps: int = 2,
@@ -87,7 +89,7 @@ class LlakeySimEnv(gym.Env):
         self._oracle_instructions = oracle_instructions
         self.disturbance = disturbance
         self._image_size, self._render_size, self._detailed = image_size, render_size, detailed
-        self._world: World | None = None
+        self._simulation: Simulation | None = None
         self._rig: CameraRig | None = None
         self._pictures: Mapping[str, RGBD] = {}
         self._state: np.ndarray | None = None
@@ -103,11 +105,16 @@ class LlakeySimEnv(gym.Env):
         return self._task.description or self.task
 
     @property
+    def simulation(self) -> Simulation:
+        """The task's episodes, made at first use."""
+        if self._simulation is None:
+            self._simulation = Simulation(self._task, self._detailed)
+        return self._simulation
+
+    @property
     def world(self) -> World:
-        """The scene, made at first use."""
-        if self._world is None:
-            self._world = World(self._task, self._detailed)
-        return self._world
+        """The scene's state."""
+        return self.simulation.world
 
     @property
     def rig(self) -> CameraRig:
@@ -137,13 +144,15 @@ class LlakeySimEnv(gym.Env):
             raise LlakeyError(f"Expected no option but 'variation', got {unknown}; correct the options of reset().")
         super().reset(seed=None if seed is None else int(seed))
         index = int(self.np_random.integers(count)) if seed is None else int(seed)
-        self.world.observe(None)
+        self.simulation.clock.observe(None)
         self._is_running = False
-        self.world.reset(schema.scene_seed(self.split, index), asked.get("variation"), self.disturbance or None)
+        scene = schema.scene_seed(self.split, index)
+        perturbation = make_perturbation(self.disturbance, scene, self.task)
+        self.simulation.reset(scene, asked.get("variation"), perturbation)
         self._watch()
         self._elapsed, self._is_running = 0, True
         self._pictures, self._state = {}, None  # quaternions' signs are an episode's own
-        return self._observation(), self._info(bool(self._task.success(self.world)), "")
+        return self._observation(), self._info(self.simulation.success(), "")
 
     def step(self, action: np.ndarray) -> tuple[dict[str, Any], float, bool, bool, dict[str, Any]]:
         """Carry out one keyframe action (9,).
@@ -155,15 +164,17 @@ class LlakeySimEnv(gym.Env):
         self._require_episode("step()")
         action = checked_action(action)
         target = Pose(action[schema.POSITION], action[schema.QUATERNION])
-        failure = ""
+        simulation, failure = self.simulation, ""
         try:
-            self.world.act(target, bool(action[schema.GRIPPER] > _HALF), bool(action[schema.IGNORE_COLLISION] > _HALF))
+            self.simulation.act(
+                target, bool(action[schema.GRIPPER] > _HALF), bool(action[schema.IGNORE_COLLISION] > _HALF)
+            )
         except PlanningError as error:
             failure = error.reason
-        if warnings := self.world.warnings():
-            _LOG.warning("Physics of %s, seed %d, went wrong: %s.", self.task, self.world.seed, ", ".join(warnings))
+        if warnings := simulation.clock.warnings():
+            _LOG.warning("Physics of %s, seed %d, went wrong: %s.", self.task, simulation.seed, ", ".join(warnings))
         self._elapsed += 1
-        success = bool(self._task.success(self.world))
+        success = simulation.success()
         truncated = self._elapsed >= self._max_episode_steps and not success
         return self._observation(), float(success), success, truncated, self._info(success, failure)
 
@@ -184,7 +195,7 @@ class LlakeySimEnv(gym.Env):
         """
         require_number("the frames a second to watch", fps, 0, open="low")
         self._on_frame, self._watch_fps = on_frame, fps
-        if self._world is not None:
+        if self._simulation is not None:
             self._watch()
 
     def oracle_instruction(self) -> str:
@@ -199,14 +210,14 @@ class LlakeySimEnv(gym.Env):
             LlakeyError: if no episode has been begun.
         """
         self._require_episode("expert_waypoint()")
-        waypoints = self._task.plan(self.world)
+        waypoints = self.simulation.plan()
         return waypoints[0] if waypoints else None
 
     def close(self) -> None:
         """Free the scene and its OpenGL contexts; another reset makes them anew."""
         if self._rig is not None:
             self._rig.close()
-        self._rig = self._world = None
+        self._rig = self._simulation = None
         self._is_running = False
 
     def _require_episode(self, call: str) -> None:
@@ -216,9 +227,9 @@ class LlakeySimEnv(gym.Env):
     def _watch(self) -> None:
         callback = self._on_frame
         if callback is None:
-            self.world.observe(None)
+            self.simulation.clock.observe(None)
         else:
-            self.world.observe(lambda: callback(self.render()), self._watch_fps)
+            self.simulation.clock.observe(lambda: callback(self.render()), self._watch_fps)
 
     def _observation(self) -> dict[str, Any]:
         pictures = self._pictures = self.rig.render_all(self.world.data, self._pictures)
@@ -238,11 +249,12 @@ class LlakeySimEnv(gym.Env):
         return observation
 
     def _info(self, success: bool, failure: str) -> dict[str, Any]:
+        perturbation = self.simulation.perturbation
         return {
             "is_success": success,
             "moved": not failure,
             "failure": failure,
             "variation": int(self._task.variation),
             "sequence": int(self._task.sequence),
-            "disturbed": self.world.disturbance is not None and self.world.disturbance.struck,
+            "disturbed": perturbation is not None and perturbation.struck,
         }

@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from lerobot_llakey.sim.planning import PlanningError
+from lerobot_llakey.sim.arm.planning import PlanningError
+from lerobot_llakey.sim.settings import MAX_STEPS
+from lerobot_llakey.sim.simulation import Simulation
 from lerobot_llakey.sim.tasks.base import Waypoint
-from lerobot_llakey.sim.world import World
-
-MAX_STEPS = 25
-"""Actions after which an episode ends (paper, section IV-B)."""
 
 
 @dataclass(frozen=True)
@@ -28,22 +26,22 @@ class ExpertStep:
     success: bool
 
 
-def demonstrate(world: World, max_steps: int = MAX_STEPS) -> Iterator[ExpertStep]:
-    """Act in a freshly reset world until the task is done, yielding after each action.
+def demonstrate(simulation: Simulation, max_steps: int = MAX_STEPS) -> Iterator[ExpertStep]:
+    """Act in a freshly reset simulation until the task is done, yielding after each action.
 
     It stops early where the expert has nothing left to do or finds no path.
     """
     for _ in range(max_steps):
-        waypoints = world.task.plan(world)
+        waypoints = simulation.plan()
         if not waypoints:
             return
         waypoint = waypoints[0]
         try:
-            world.act(waypoint.pose, waypoint.gripper_open, waypoint.ignore_collision)
+            simulation.act(waypoint.pose, waypoint.gripper_open, waypoint.ignore_collision)
         except PlanningError as error:
             yield ExpertStep(waypoint, error.reason, False)
             return
-        success = world.task.success(world)
+        success = simulation.success()
         yield ExpertStep(waypoint, "", success)
         if success:
             return

@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from lerobot_llakey.geometry import Pose
-from lerobot_llakey.sim.planning import Planner
-from lerobot_llakey.sim.scene import TIMESTEP
-
-if TYPE_CHECKING:
-    from lerobot_llakey.sim.world import World
+from lerobot_llakey.sim.clock import Clock
+from lerobot_llakey.sim.world import World
 
 _PEAK_JOINT_SPEED = 1.6
 """Radians a second of the fastest joint, below the Panda's limit of 2.17."""
@@ -27,11 +22,11 @@ class Motion:
 
     Args:
         world: the scene to act in.
-        planner: finds the paths.
+        clock: lets its time go by.
     """
 
-    def __init__(self, world: World, planner: Planner) -> None:
-        self.world, self.planner = world, planner
+    def __init__(self, world: World, clock: Clock) -> None:
+        self.world, self.clock = world, clock
 
     def execute(self, target: Pose, gripper_open: bool, ignore_collision: bool) -> None:
         """Bring the tool to a pose, then open or close the gripper, then rest.
@@ -55,39 +50,39 @@ class Motion:
             PlanningError: if there is none.
         """
         world = self.world
-        return self.planner.plan(world.data, target, ignore_collision, world.carried(), world.rng)
+        return world.planner.plan(world.data, target, ignore_collision, world.carried(), world.rng)
 
     def follow(self, path: np.ndarray) -> None:
         """Servo along a joint path (N, 7), starting and ending at rest (minimum jerk in the path's length)."""
-        world, robot = self.world, self.world.robot
+        world, robot, timestep = self.world, self.world.robot, self.clock.timestep
         lengths = np.concatenate(([0.0], np.cumsum(np.abs(np.diff(path, axis=0)).max(axis=1))))
         # The speed of a minimum-jerk move peaks at 1.875 times its mean.
         duration = max(_SHORTEST_MOVE, 1.875 * lengths[-1] / _PEAK_JOINT_SPEED)
-        times = np.linspace(0, 1, max(2, round(duration / TIMESTEP)) + 1)
+        times = np.linspace(0, 1, max(2, round(duration / timestep)) + 1)
         progress = times**3 * (10 - 15 * times + 6 * times**2) * lengths[-1]
         targets = np.stack([np.interp(progress, lengths, path[:, joint]) for joint in range(path.shape[1])], axis=1)
-        velocities = np.gradient(targets, TIMESTEP, axis=0)
+        velocities = np.gradient(targets, timestep, axis=0)
         for joints, velocity in zip(targets[1:], velocities[1:], strict=True):
             world.data.ctrl[robot.actuators] = joints + robot.velocity_gain * velocity
-            world.step()
+            self.clock.step()
         world.data.ctrl[robot.actuators] = path[-1]
-        for _ in range(round(_ARRIVE_SECONDS / TIMESTEP)):
+        for _ in range(round(_ARRIVE_SECONDS / timestep)):
             if np.abs(world.data.qvel[robot.dofs]).max() < _STILL_ARM:
                 break
-            world.step()
+            self.clock.step()
 
     def set_gripper(self, gripper_open: bool) -> None:
         """Open or close the gripper, unless it was last told to be so, and wait until its fingers stand still."""
-        world, robot = self.world, self.world.robot
+        world, robot, timestep = self.world, self.world.robot, self.clock.timestep
         if gripper_open != world.gripper_closed:
             return
         world.data.ctrl[robot.finger_actuators] = robot.open_target if gripper_open else 0.0
-        for step in range(round(_GRIPPER_SECONDS / TIMESTEP)):
-            world.step()
+        for step in range(round(_GRIPPER_SECONDS / timestep)):
+            self.clock.step()
             still = np.abs(world.data.qvel[robot.finger_dofs]).max() < _STILL_FINGERS
-            if still and step * TIMESTEP > 0.2:
+            if still and step * timestep > 0.2:
                 break
 
     def rest(self) -> None:
         """Let things come to rest, long enough for the keyframe to be recognised."""
-        self.world.advance(_REST_SECONDS)
+        self.clock.advance(_REST_SECONDS)

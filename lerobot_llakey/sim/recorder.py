@@ -15,8 +15,9 @@ from lerobot_llakey.keyframes import discover_keyframes
 from lerobot_llakey.labels import Interruption, Labels, label
 from lerobot_llakey.sim.cameras import RGBD, CameraRig
 from lerobot_llakey.sim.expert import ExpertStep, demonstrate
+from lerobot_llakey.sim.perturbations.registry import make_perturbation
+from lerobot_llakey.sim.simulation import Simulation
 from lerobot_llakey.sim.tasks.base import Waypoint
-from lerobot_llakey.sim.world import World
 
 FPS = 10
 """Frames a second of demonstrations."""
@@ -98,18 +99,19 @@ class Episode:
 
 
 def record(
-    world: World, seed: int, variation: int | None = None, fps: float = FPS, disturbance: str | None = None
+    simulation: Simulation, seed: int, variation: int | None = None, fps: float = FPS, disturbance: str | None = None
 ) -> Episode:
     """Let the expert do the task of a scene seed.
 
     Args:
-        world: reset here; it keeps the scene's look, which :func:`render_frames` needs, until its next reset.
+        simulation: reset here; it keeps the scene's look, which :func:`render_frames` needs, until its next reset.
         seed: scene seed.
         variation: the task's variation; drawn from the seed where None.
         fps: frames a second.
-        disturbance: as :meth:`lerobot_llakey.sim.world.World.reset` takes it.
+        disturbance: as :func:`~lerobot_llakey.sim.perturbations.registry.make_perturbation` takes it, or None.
     """
-    world.reset(seed, variation, disturbance)
+    world, clock = simulation.world, simulation.clock
+    simulation.reset(seed, variation, make_perturbation(disturbance or "", seed, simulation.task.name))
     states: list[np.ndarray] = []
     velocities: list[np.ndarray] = []
     configurations: list[np.ndarray] = []
@@ -121,22 +123,22 @@ def record(
         configurations.append(world.data.qpos.copy())
         times.append(float(world.data.time))
 
-    world.observe(take, fps)
+    clock.observe(take, fps)
     take()
     steps: list[ExpertStep] = []
     ends: list[int] = []
     opened: list[bool] = []
     interruptions: list[Interruption] = []
-    for step in demonstrate(world):
+    for step in demonstrate(simulation):
         steps.append(step)
         ends.append(len(states) - 1)
-        opened.append(not world.gripper_closed)
-        struck = world.disturbance.time if world.disturbance is not None else None
+        opened.append(not simulation.world.gripper_closed)
+        struck = simulation.perturbation.time if simulation.perturbation is not None else None
         if struck is not None:
             frame = int(np.searchsorted(times, struck))
             meant = waypoint_action(step.waypoint, states[-1])
             interruptions.append(Interruption(len(steps) - 1, frame, meant, disturbance or ""))
-    world.observe(None)
+    clock.observe(None)
     trajectory = np.stack(states)
     keyframes: list[int] = []
     if len(trajectory) > 1:
@@ -144,7 +146,7 @@ def record(
     waypoints = [step.waypoint for step in steps]
     for interruption in interruptions:
         keyframes = _without_event(keyframes, ends, interruption.segment)
-    task = world.task
+    task = simulation.task
     return Episode(
         states=trajectory,
         velocities=np.stack(velocities),
@@ -200,12 +202,12 @@ def _match(
 
 
 def render_frames(
-    world: World, rig: CameraRig, episode: Episode, frames: Iterable[int]
+    simulation: Simulation, rig: CameraRig, episode: Episode, frames: Iterable[int]
 ) -> Iterator[tuple[int, dict[str, RGBD]]]:
-    """Pictures of some frames of the episode that the world recorded last.
+    """Pictures of some frames of the episode that the simulation recorded last.
 
     Args:
-        world: as :func:`record` left it.
+        simulation: as :func:`record` left it.
         rig: cameras of the world's model.
         episode: what was recorded.
         frames: indices of frames.
@@ -214,20 +216,22 @@ def render_frames(
         The frame's index and its pictures by camera.
 
     Raises:
-        LlakeyError: if the world was reset for another scene since.
+        LlakeyError: if it was reset for another scene since.
     """
-    if world.seed != episode.seed or world.task.name != episode.task:
+    task, seed = simulation.task.name, simulation.seed
+    if (task, seed) != (episode.task, episode.seed):
         raise LlakeyError(
-            f"Expected the world of {episode.task} seed {episode.seed}, got {world.task.name} seed {world.seed}; "
+            f"Expected the world of {episode.task} seed {episode.seed}, got {task} seed {seed}; "
             "render before recording the next episode."
         )
-    scratch = mujoco.MjData(world.model)
+    model = simulation.world.model
+    scratch = mujoco.MjData(model)
     pictures: dict[str, RGBD] = {}
     for frame in frames:
         scratch.qpos[:] = episode.qpos[frame]
-        mujoco.mj_kinematics(world.model, scratch)
-        mujoco.mj_comPos(world.model, scratch)
-        mujoco.mj_camlight(world.model, scratch)
+        mujoco.mj_kinematics(model, scratch)
+        mujoco.mj_comPos(model, scratch)
+        mujoco.mj_camlight(model, scratch)
         pictures = rig.render_all(scratch, pictures)
         yield frame, pictures
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
+from lerobot_llakey.sim.arm.panda import panda_spec
 from lerobot_llakey.sim.cameras import add_cameras
-from lerobot_llakey.sim.robot import panda_spec
 
 TIMESTEP = 0.004
 _TABLE_COLOURS = ((0.56, 0.45, 0.33), (0.62, 0.55, 0.45), (0.50, 0.43, 0.37), (0.66, 0.62, 0.55))
@@ -16,7 +16,7 @@ def base_spec(detailed: bool = False) -> mujoco.MjSpec:
     """The robot on a table whose top is at z = 0, lit from above, with all cameras.
 
     Args:
-        detailed: see :func:`lerobot_llakey.sim.robot.panda_spec`.
+        detailed: see :func:`lerobot_llakey.sim.arm.panda.panda_spec`.
     """
     spec = panda_spec(detailed)
     spec.modelname = "llakey"

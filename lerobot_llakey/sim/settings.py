@@ -8,6 +8,8 @@ from lerobot_llakey import schema
 from lerobot_llakey.bounds import require_count
 from lerobot_llakey.errors import LlakeyError
 
+MAX_STEPS = 25
+"""Keyframe actions after which an episode ends (paper, section IV-B)."""
 _SMALLEST, _LARGEST = 16, 4096
 """Pixels of an edge; larger ones are beyond what every OpenGL driver draws."""
 _HIGHEST_FPS = 1000
@@ -59,7 +61,7 @@ def check_settings(
         require_count(f"the {name} in {prefix}render_size", edge, _SMALLEST, _LARGEST)
     if task.strip() != "all" or disturbance:
         # MuJoCo is needed from here on only, so that the settings load without it.
-        from lerobot_llakey.sim.disturbances import check_disturbance
+        from lerobot_llakey.sim.perturbations.registry import check_disturbance
         from lerobot_llakey.sim.tasks import parse_tasks
 
         parse_tasks(task)

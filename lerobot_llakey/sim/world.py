@@ -1,141 +1,53 @@
-"""One task's scene in motion: the model, the state of an episode, and what tasks may ask and set."""
+"""A scene's state: the model and its data, and what tasks may ask and set."""
 
 from __future__ import annotations
 
 import copy
-import functools
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Mapping
 
 import mujoco
 import numpy as np
 
 from lerobot_llakey import schema
-from lerobot_llakey.bounds import require_count
 from lerobot_llakey.geometry import DOWN, Pose, nearest_sign
-from lerobot_llakey.sim.disturbances import Disturbance, make_disturbance
-from lerobot_llakey.sim.kinematics import Kinematics
-from lerobot_llakey.sim.motion import Motion
+from lerobot_llakey.sim.arm.kinematics import Kinematics
+from lerobot_llakey.sim.arm.panda import Robot
+from lerobot_llakey.sim.arm.planning import Held, Planner
 from lerobot_llakey.sim.mujoco_poses import body_pose, site_pose, wxyz
-from lerobot_llakey.sim.planning import Held, Planner
-from lerobot_llakey.sim.robot import HOME_JOINTS, Robot
-from lerobot_llakey.sim.scene import TIMESTEP, base_spec, vary_look
-from lerobot_llakey.sim.tasks.base import Task
 
 Colour = tuple[float, float, float]
 
-_SETTLE_SECONDS = 0.4
-_VARIED = ("geom_rgba", "geom_size", "body_pos", "body_quat", "light_pos", "light_diffuse")
-
 
 class World:
-    """A task's scene.
-
-    The model is compiled once; :meth:`reset` brings back everything that an episode may change, then lets the task
-    place and paint its bodies, so that a seed alone determines the scene.
+    """The state of a scene. It does nothing by itself: :class:`~lerobot_llakey.sim.simulation.Simulation` moves it.
 
     Args:
-        task: what to build and judge.
-        detailed: whether the human's camera sees the robot's detailed meshes; they cost time to load and draw.
+        pristine: the compiled scene; it is never changed, since episodes place and paint things in a copy.
     """
 
-    def __init__(self, task: Task, detailed: bool = False) -> None:
-        self.task, self.detailed = task, detailed
-        # A copy, since episodes paint and place things in the model itself.
-        self.model: mujoco.MjModel = copy.copy(_compiled(type(task), detailed))
+    def __init__(self, pristine: mujoco.MjModel) -> None:
+        self.model: mujoco.MjModel = copy.copy(pristine)
         self.data = mujoco.MjData(self.model)
         self.robot = Robot(self.model)
-        self.kinematics = Kinematics(self.model, self.robot)
-        self.motion = Motion(self, Planner(self.kinematics, self.robot))
+        self.planner = Planner(Kinematics(self.model, self.robot), self.robot)
         self.rng = np.random.default_rng(0)
-        self.seed = 0
-        self.disturbance: Disturbance | None = None
-        self._pristine = {name: getattr(self.model, name).copy() for name in _VARIED}
-        self._observer: Callable[[], None] | None = None
-        self._observer_steps = 1
-        self._steps = 0
+        names = [name for name in dir(pristine) if name[0] != "_" and isinstance(getattr(pristine, name), np.ndarray)]
+        self._arrays = {name: (getattr(self.model, name), getattr(pristine, name)) for name in names}
 
-    def reset(self, seed: int, variation: int | None = None, disturbance: str | None = None) -> None:
-        """Build the episode of a scene seed, at rest.
-
-        Args:
-            seed: determines the scene completely.
-            variation: the task's variation; drawn from the seed where None.
-            disturbance: out of :data:`~lerobot_llakey.sim.disturbances.DISTURBANCES`, timed by the seed and
-                the task; or None.
-
-        Raises:
-            LlakeyError: if the variation is out of range, or the disturbance unknown.
-        """
-        count = self.task.variations
-        if variation is not None:
-            require_count(f"the variation of {self.task.name}", variation, 0, count - 1)
-        self.seed = seed
+    def reset(self, seed: int) -> None:
+        """Bring back the pristine scene, with a new random generator."""
         self.rng = np.random.default_rng(seed)
-        # The name as well: one seed stands for a scene of each task, and their events are not to strike in step.
-        moment = np.random.default_rng((seed, 1, *self.task.name.encode()))
-        self.disturbance = make_disturbance(disturbance, moment) if disturbance else None
-        drawn = int(self.rng.integers(count))
-        for name, value in self._pristine.items():
-            getattr(self.model, name)[:] = value
+        self.vary({})
         mujoco.mj_resetData(self.model, self.data)
-        vary_look(self.model, self.rng)
-        self.robot.set_joints(self.data, HOME_JOINTS)
-        self.task.reset(self, drawn if variation is None else int(variation))
-        mujoco.mj_forward(self.model, self.data)
-        self._steps = 0
-        self.advance(_SETTLE_SECONDS)
 
-    def observe(self, callback: Callable[[], None] | None, fps: float = 10.0) -> None:
-        """Call ``callback`` at ``fps`` simulated frames a second from now on; None stops it."""
-        self._observer, self._observer_steps = callback, max(1, round(1 / (fps * TIMESTEP)))
-        self._steps = 0
+    def varied(self) -> dict[str, np.ndarray]:
+        """Copies of the model's arrays that differ from the pristine scene's, by name."""
+        return {name: array.copy() for name, (array, old) in self._arrays.items() if not np.array_equal(array, old)}
 
-    @contextmanager
-    def unobserved(self) -> Iterator[None]:
-        """Simulate without the observer, for what will be taken back."""
-        observer, steps = self._observer, self._steps
-        self._observer = None
-        try:
-            yield
-        finally:
-            self._observer, self._steps = observer, steps
-
-    def act(self, target: Pose, gripper_open: bool, ignore_collision: bool) -> None:
-        """Carry out one keyframe action, disturbed where the episode has a disturbance.
-
-        Args:
-            target: pose of the tool centre point in the base frame.
-            gripper_open: state of the gripper afterwards.
-            ignore_collision: whether the path may touch things.
-
-        Raises:
-            PlanningError: if there is no path; nothing has moved then.
-        """
-        if self.disturbance is None:
-            self.motion.execute(target, gripper_open, ignore_collision)
-        else:
-            self.disturbance.execute(self, target, gripper_open, ignore_collision)
-
-    def advance(self, seconds: float) -> None:
-        """Simulate for a while with the present targets."""
-        for _ in range(max(1, round(seconds / TIMESTEP))):
-            self.step()
-
-    def step(self) -> None:
-        """Simulate one time step."""
-        self.task.before_step(self)
-        mujoco.mj_step(self.model, self.data)
-        self._steps += 1
-        if self._observer is not None and self._steps % self._observer_steps == 0:
-            self._observer()
-
-    def warnings(self) -> list[str]:
-        """What MuJoCo has found wrong since it was last asked: it goes on from a reset state, or with less contacts."""
-        counts = self.data.warning.number
-        found = [mujoco.mjtWarning(int(kind)).name.removeprefix("mjWARN_") for kind in np.flatnonzero(counts)]
-        counts[:] = 0
-        return found
+    def vary(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Make the model the pristine one, but for the given arrays (see :meth:`varied`)."""
+        for name, (array, pristine) in self._arrays.items():
+            array[...] = arrays.get(name, pristine)
 
     # What tasks ask.
 
@@ -216,10 +128,3 @@ class World:
     def paint(self, geom: str, colour: Colour) -> None:
         """Colour a geom with RGB in 0..1, keeping its opacity."""
         self.model.geom(geom).rgba[:3] = colour
-
-
-@functools.cache
-def _compiled(task: type[Task], detailed: bool) -> mujoco.MjModel:
-    spec = base_spec(detailed)
-    task().build(spec)
-    return spec.compile()

@@ -12,7 +12,7 @@ from lerobot_llakey.cli import main as cli
 from lerobot_llakey.cli.options import RULES
 from lerobot_llakey.evaluation.rollout import Agent
 from lerobot_llakey.experiments.stages import Ledger
-from lerobot_llakey.sim.world import World
+from lerobot_llakey.sim.simulation import Simulation
 
 NEEDED: dict[str, list[str]] = {
     "abilities": ["--policy_path=none", "--repo_id=l/x"],
@@ -83,7 +83,7 @@ def idle(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     (tmp_path / "FOLDER.png").mkdir()
     (tmp_path / "LINK").symlink_to(tmp_path / "no" / "where")
     monkeypatch.chdir(tmp_path)
-    for kind, name in ((World, "__init__"), (Agent, "load"), (ProcessPoolExecutor, "__init__"), (Ledger, "check")):
+    for kind, name in ((Simulation, "__init__"), (Agent, "load"), (ProcessPoolExecutor, "__init__"), (Ledger, "check")):
         monkeypatch.setattr(kind, name, lambda *_, **__: pytest.fail("work was begun"))
 
 

@@ -15,14 +15,14 @@ from lerobot_llakey.datasets.collect import collect
 from lerobot_llakey.datasets.plan import ATTEMPTS, CollectSettings, Targets
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.sim.recorder import Episode, record
-from lerobot_llakey.sim.world import World
+from lerobot_llakey.sim.simulation import Simulation
 
 
 def test_bad_episodes_are_thrown_away_counted_and_made_up_for(
     settings: CollectSettings, targets: Targets, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def unlucky(world: World, seed: int, variation: int, fps: float, disturbance: str | None) -> Episode:
-        episode = record(world, seed, variation, fps, disturbance)
+    def unlucky(simulation: Simulation, seed: int, variation: int, fps: float, disturbance: str | None) -> Episode:
+        episode = record(simulation, seed, variation, fps, disturbance)
         return replace(episode, keyframes_match=episode.keyframes_match and seed % ATTEMPTS >= 2)
 
     monkeypatch.setattr(collect_part, "record", unlucky)
@@ -39,7 +39,7 @@ def test_bad_episodes_are_thrown_away_counted_and_made_up_for(
 def test_an_expert_that_always_fails_is_named(
     settings: CollectSettings, targets: Targets, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def broken(world: World, seed: int, variation: int, fps: float, disturbance: str | None) -> Episode:
+    def broken(simulation: Simulation, seed: int, variation: int, fps: float, disturbance: str | None) -> Episode:
         empty = np.zeros((1, len(schema.SIM_STATE_NAMES)), dtype=np.float32)
         return Episode(empty, empty, empty, [], [], False, False, "open_drawer", "", seed, variation, 0)
 

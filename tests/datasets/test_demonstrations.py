@@ -22,20 +22,20 @@ from lerobot_llakey.datasets.demonstrations import (
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.sim.cameras import CameraRig
 from lerobot_llakey.sim.recorder import Episode, record
+from lerobot_llakey.sim.simulation import Simulation
 from lerobot_llakey.sim.tasks import make_task
-from lerobot_llakey.sim.world import World
 
 SIZE, FPS = 32, 10
-Recorded = tuple[World, CameraRig, Episode]
+Recorded = tuple[Simulation, CameraRig, Episode]
 
 
 @pytest.fixture(scope="module")
 def recorded() -> Recorded:
-    """An episode of the drawer, and the world as the recorder left it."""
-    world = World(make_task("open_drawer"))
-    episode = record(world, seed=3)
+    """An episode of the drawer, and the simulation as the recorder left it."""
+    simulation = Simulation(make_task("open_drawer"))
+    episode = record(simulation, seed=3)
     assert episode.usable
-    return world, CameraRig(world.model, SIZE), episode
+    return simulation, CameraRig(simulation.world.model, SIZE), episode
 
 
 def test_frames_fill_the_contract(recorded: Recorded) -> None:

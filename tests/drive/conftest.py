@@ -49,11 +49,10 @@ class Hand(torch.nn.Module):
     def select_action(self, batch: dict[str, Any]) -> torch.Tensor:
         env = self.envs[-1]
         instruction, state = batch[schema.INSTRUCTION][0], batch[schema.STATE][0]
-        waypoints = env.world.task.plan(env.world)
-        if waypoints and waypoints[0].instruction == instruction:
-            first = waypoints[0]
-            flags = first.gripper_open, first.ignore_collision
-            return torch.tensor([[*first.pose.position, *first.pose.quaternion, *flags]]).float()
+        waypoint = env.expert_waypoint()
+        if waypoint is not None and waypoint.instruction == instruction:
+            flags = waypoint.gripper_open, waypoint.ignore_collision
+            return torch.tensor([[*waypoint.pose.position, *waypoint.pose.quaternion, *flags]]).float()
         action = torch.cat((state[:7], torch.tensor([1.0, 1.0])))
         action[0] = action[0] if instruction == "raise the robotic arm" else 5.0
         action[2] += 0.05

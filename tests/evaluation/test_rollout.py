@@ -32,7 +32,7 @@ class _Expert(torch.nn.Module):
         assert batch[schema.STATE].shape == (1, schema.STATE_DIM)
         assert batch[schema.depth_key("front")].shape[:2] == (1, 1)
         assert batch[schema.TASK] == [self.env.task_description]
-        waypoint = self.env.world.task.plan(self.env.world)[0]
+        waypoint = self.env.expert_waypoint()
         self.last_instructions = [waypoint.instruction]
         flags = (waypoint.gripper_open, waypoint.ignore_collision)
         return torch.tensor([[*waypoint.pose.position, *waypoint.pose.quaternion, *flags]])

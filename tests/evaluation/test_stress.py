@@ -5,13 +5,13 @@ import pytest
 
 from lerobot_llakey.evaluation.stress import Stress, stress, stress_episode
 from lerobot_llakey.geometry import Pose
+from lerobot_llakey.sim.simulation import Simulation
 from lerobot_llakey.sim.tasks import make_task
-from lerobot_llakey.sim.world import World
 
 
 @pytest.fixture(scope="module")
-def world() -> World:
-    return World(make_task("move_block"))
+def simulation() -> Simulation:
+    return Simulation(make_task("move_block"))
 
 
 def test_random_actions_are_taken_and_counted() -> None:
@@ -20,22 +20,26 @@ def test_random_actions_are_taken_and_counted() -> None:
     assert found.stands and found.outcomes["moved"] > 5 and found.slowest > 0
 
 
-def test_a_body_under_the_table_is_seen(world: World, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_body_under_the_table_is_seen(simulation: Simulation, monkeypatch: pytest.MonkeyPatch) -> None:
+    world = simulation.world
+
     def bury(*_: object) -> None:
         world.place("red_block", Pose(np.array((0.4, 0.1, -0.2))))
-        world.advance(0.01)
+        simulation.clock.advance(0.01)
 
-    monkeypatch.setattr(world, "act", bury)
-    found = stress_episode(world, 3)
+    monkeypatch.setattr(simulation, "act", bury)
+    found = stress_episode(simulation, 3)
     assert found.sunk == [("red_block", 3)] and not found.stands
 
 
-def test_a_state_that_is_not_finite_is_seen(world: World, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_state_that_is_not_finite_is_seen(simulation: Simulation, monkeypatch: pytest.MonkeyPatch) -> None:
+    world = simulation.world
+
     def break_down(*_: object) -> None:
         world.data.qvel[0] = np.nan
 
-    monkeypatch.setattr(world, "act", break_down)
-    found = stress_episode(world, 3)
+    monkeypatch.setattr(simulation, "act", break_down)
+    found = stress_episode(simulation, 3)
     assert found.not_finite == 1 and found.actions == 1 and not found.stands
 
 

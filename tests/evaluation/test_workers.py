@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from lerobot_llakey.evaluation.workers import run_jobs, world_of
+from lerobot_llakey.evaluation.workers import run_jobs, simulation_of
 
 
 @pytest.mark.parametrize("num_workers", [1, 2])
@@ -26,7 +26,7 @@ def test_processes_are_as_many_as_asked_for() -> None:
 
 
 def test_a_scene_is_built_once() -> None:
-    assert world_of("move_block") is world_of("move_block")
+    assert simulation_of("move_block") is simulation_of("move_block")
 
 
 _ORPHANS = """

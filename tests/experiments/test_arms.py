@@ -38,7 +38,7 @@ def test_the_policy_is_told_the_arms_wording() -> None:
 
     task = SimpleNamespace(sequence=LOOSE)
     env: Any = SimpleNamespace(
-        task_description="put the blue light bulb in the orange box", world=SimpleNamespace(task=task)
+        task_description="put the blue light bulb in the orange box", simulation=SimpleNamespace(task=task)
     )
     listener: Any = Listener()
     _, instruction = Worded(listener, "two", "swapped").act(env, {})

@@ -2,10 +2,10 @@
 
 import pytest
 
+from lerobot_llakey.sim.simulation import Simulation
 from lerobot_llakey.sim.tasks import make_task
-from lerobot_llakey.sim.world import World
 
 
 @pytest.fixture(scope="session")
-def drawer_world() -> World:
-    return World(make_task("open_drawer"))
+def simulation() -> Simulation:
+    return Simulation(make_task("open_drawer"))

@@ -126,7 +126,7 @@ def test_far_poses_are_unreachable_without_a_single_planned_sample(
     monkeypatch.setattr(env, "disturbance", disturbance)
     env.reset(seed=1)
     solved: list[None] = []
-    monkeypatch.setattr(env.world.kinematics, "solve", lambda *_, **__: solved.append(None))
+    monkeypatch.setattr(env.world.planner.kinematics, "solve", lambda *_, **__: solved.append(None))
     for column in range(3):
         *_, info = env.step(_changed(column, far))
         assert info["failure"] == "unreachable" and not info["moved"]

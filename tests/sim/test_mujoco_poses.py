@@ -4,7 +4,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from lerobot_llakey.sim.mujoco_poses import about_z, body_pose, site_pose, wxyz, xyzw
-from lerobot_llakey.sim.world import World
+from lerobot_llakey.sim.simulation import Simulation
 
 
 def test_orders_are_inverse() -> None:
@@ -13,9 +13,10 @@ def test_orders_are_inverse() -> None:
     assert np.allclose(xyzw(wxyz(quaternion)), quaternion)
 
 
-def test_site_lies_on_its_body(drawer_world: World) -> None:
-    model, data = drawer_world.model, drawer_world.data
-    drawer_world.reset(0)
+def test_site_lies_on_its_body(simulation: Simulation) -> None:
+    world = simulation.world
+    model, data = world.model, world.data
+    simulation.reset(0)
     site = model.site("top_handle")
     expected = body_pose(data, model.body("top_drawer").id).apply(site.pos)
     assert np.allclose(site_pose(data, site.id).position, expected)

@@ -8,18 +8,18 @@ import pytest
 
 from lerobot_llakey import schema
 from lerobot_llakey.sim.cameras import CameraRig
-from lerobot_llakey.sim.events import EVENTS
+from lerobot_llakey.sim.perturbations.events import EVENTS
 from lerobot_llakey.sim.recorder import Episode, frame_columns, record, render_frames, waypoint_action
-from lerobot_llakey.sim.world import World
+from lerobot_llakey.sim.simulation import Simulation
 
 SIZE = 32
 
 
 @pytest.fixture(scope="module")
-def episode(drawer_world: World) -> Episode:
+def episode(simulation: Simulation) -> Episode:
     """The first episode of the validation seeds whose keyframes match, as nearly all do."""
     seeds = (schema.scene_seed("val", index) for index in range(5))
-    return next(found for found in (record(drawer_world, seed, 1) for seed in seeds) if found.usable)
+    return next(found for found in (record(simulation, seed, 1) for seed in seeds) if found.usable)
 
 
 def test_an_episode_holds_states_keyframes_and_an_instruction_a_segment(episode: Episode) -> None:
@@ -64,19 +64,20 @@ def test_what_the_gripper_was_told_counts_and_not_how_far_it_got(episode: Episod
     assert actions[:, schema.GRIPPER].tolist() == told
 
 
-def test_the_same_seed_gives_the_same_episode(drawer_world: World, episode: Episode) -> None:
-    again = record(drawer_world, episode.seed, episode.variation)
+def test_the_same_seed_gives_the_same_episode(simulation: Simulation, episode: Episode) -> None:
+    again = record(simulation, episode.seed, episode.variation)
     np.testing.assert_array_equal(again.states, episode.states)
     np.testing.assert_array_equal(again.qpos, episode.qpos)
     assert again.keyframes == episode.keyframes
 
 
-def test_pictures_taken_afterwards_are_those_of_the_moment(drawer_world: World, episode: Episode) -> None:
-    record(drawer_world, episode.seed, episode.variation)
-    rig = CameraRig(drawer_world.model, SIZE)
-    now = rig.render_all(drawer_world.data)
+def test_pictures_taken_afterwards_are_those_of_the_moment(simulation: Simulation, episode: Episode) -> None:
+    world = simulation.world
+    record(simulation, episode.seed, episode.variation)
+    rig = CameraRig(world.model, SIZE)
+    now = rig.render_all(world.data)
     last = len(episode) - 1
-    pictures = dict(render_frames(drawer_world, rig, episode, [0, last]))
+    pictures = dict(render_frames(simulation, rig, episode, [0, last]))
     rig.close()
     assert list(pictures) == [0, last]
     for camera in schema.CAMERAS:
@@ -88,10 +89,11 @@ def test_pictures_taken_afterwards_are_those_of_the_moment(drawer_world: World, 
     assert (np.abs(first.rgb.astype(int) - final.rgb) > 8).mean() > 0.01
 
 
-def test_columns_fit_the_contract(drawer_world: World, episode: Episode) -> None:
-    record(drawer_world, episode.seed, episode.variation)
-    rig = CameraRig(drawer_world.model, SIZE)
-    _, pictures = next(render_frames(drawer_world, rig, episode, [0]))
+def test_columns_fit_the_contract(simulation: Simulation, episode: Episode) -> None:
+    world = simulation.world
+    record(simulation, episode.seed, episode.variation)
+    rig = CameraRig(world.model, SIZE)
+    _, pictures = next(render_frames(simulation, rig, episode, [0]))
     rig.close()
     features = schema.dataset_features(dict.fromkeys(schema.CAMERAS, (SIZE, SIZE)))
     columns = frame_columns(pictures) | episode.labels().row(0) | episode.origin()
@@ -104,11 +106,11 @@ def test_columns_fit_the_contract(drawer_world: World, episode: Episode) -> None
     assert depth.dtype == np.uint16 and 500 < depth.min() < 2000
 
 
-def test_a_world_that_went_on_is_not_rendered(drawer_world: World, episode: Episode) -> None:
-    drawer_world.reset(episode.seed + 1)
-    rig = CameraRig(drawer_world.model, SIZE)
+def test_a_world_that_went_on_is_not_rendered(simulation: Simulation, episode: Episode) -> None:
+    simulation.reset(episode.seed + 1)
+    rig = CameraRig(simulation.world.model, SIZE)
     with pytest.raises(ValueError, match="render before recording the next episode"):
-        next(render_frames(drawer_world, rig, episode, [0]))
+        next(render_frames(simulation, rig, episode, [0]))
 
 
 def test_labels_need_one_keyframe_a_waypoint(episode: Episode) -> None:
@@ -117,9 +119,9 @@ def test_labels_need_one_keyframe_a_waypoint(episode: Episode) -> None:
 
 
 @pytest.mark.parametrize("kind", EVENTS)
-def test_an_event_is_labelled_as_a_watcher_would(drawer_world: World, kind: str) -> None:
+def test_an_event_is_labelled_as_a_watcher_would(simulation: Simulation, kind: str) -> None:
     seeds = (schema.scene_seed("val", index) for index in range(5))
-    episode = next(found for found in (record(drawer_world, s, 1, disturbance=kind) for s in seeds) if found.usable)
+    episode = next(found for found in (record(simulation, s, 1, disturbance=kind) for s in seeds) if found.usable)
     (cut,) = episode.interruptions
     labels, end = episode.labels(), episode.keyframes[cut.segment]
     interrupted, back = (episode.waypoints[cut.segment + i].instruction for i in range(2))
@@ -131,9 +133,9 @@ def test_an_event_is_labelled_as_a_watcher_would(drawer_world: World, kind: str)
     np.testing.assert_array_equal(labels.action[episode.keyframes[cut.segment - 1]], meant)
 
 
-def test_an_imprecise_expert_is_labelled_by_what_it_meant(drawer_world: World) -> None:
+def test_an_imprecise_expert_is_labelled_by_what_it_meant(simulation: Simulation) -> None:
     seeds = (schema.scene_seed("val", index) for index in range(9))
-    episodes = [record(drawer_world, seed, 1, disturbance="imprecise") for seed in seeds]
+    episodes = [record(simulation, seed, 1, disturbance="imprecise") for seed in seeds]
     cuts = [(episode, cut) for episode in episodes if episode.usable for cut in episode.interruptions]
     assert cuts
     for episode, cut in cuts:

@@ -3,11 +3,11 @@
 import numpy as np
 
 from lerobot_llakey.sim.scene import vary_look
-from lerobot_llakey.sim.world import World
+from lerobot_llakey.sim.simulation import Simulation
 
 
-def test_look_follows_the_generator(drawer_world: World) -> None:
-    model = drawer_world.model
+def test_look_follows_the_generator(simulation: Simulation) -> None:
+    model = simulation.world.model
     looks = []
     for seed in (1, 1, 2):
         vary_look(model, np.random.default_rng(seed))

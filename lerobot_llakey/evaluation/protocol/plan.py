@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from lerobot_llakey import schema
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.evaluation.protocol.rows import Row
-from lerobot_llakey.sim.disturbances import check_disturbance
+from lerobot_llakey.sim.perturbations.registry import check_disturbance
+from lerobot_llakey.sim.settings import MAX_STEPS
 
 UNDISTURBED = ""
 
@@ -65,7 +66,7 @@ class Plan:
     tasks: tuple[str, ...]
     num_episodes: int = 25
     repeats: int = 6
-    max_steps: int = 25
+    max_steps: int = MAX_STEPS
     split: str = "test"
     first_seed: int = 0
     disturbances: tuple[str, ...] = (UNDISTURBED,)

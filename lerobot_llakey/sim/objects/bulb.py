@@ -6,10 +6,10 @@ import mujoco
 import numpy as np
 
 from lerobot_llakey.geometry import Pose
-from lerobot_llakey.sim.meshes import add_mesh, revolve
+from lerobot_llakey.sim.arm.panda import ARM_CONTYPE
 from lerobot_llakey.sim.mujoco_poses import about_z
-from lerobot_llakey.sim.robot import ARM_CONTYPE
-from lerobot_llakey.sim.thread import FIRM, THREAD_BIT, Thread
+from lerobot_llakey.sim.objects.meshes import add_mesh, revolve
+from lerobot_llakey.sim.objects.screw_thread import FIRM, THREAD_BIT, ScrewThread
 
 Rgba = tuple[float, float, float, float]
 
@@ -119,7 +119,7 @@ def add_socket(host: mujoco.MjsBody, height: float) -> None:
         )
 
 
-def add_thread(spec: mujoco.MjSpec, thread: Thread, host: mujoco.MjsBody, height: float) -> None:
+def add_thread(spec: mujoco.MjSpec, thread: ScrewThread, host: mujoco.MjsBody, height: float) -> None:
     """Add the thread between a bulb and a socket at a height, as in :func:`add_socket`."""
     thread.add(spec, host, (0, 0, height + TRAVEL), 0.0)
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from lerobot_llakey.sim.meshes import add_mesh, revolve
 from lerobot_llakey.sim.mujoco_poses import about_z
+from lerobot_llakey.sim.objects.meshes import add_mesh, revolve
 
 CUP_RADIUS, CUP_HEIGHT, CUP_WALL = 0.031, 0.12, 0.005
 """Outside measures and the wall's thickness, metres."""

@@ -11,7 +11,7 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lerobot_llakey.sim.thread import FIRM
+from lerobot_llakey.sim.objects.screw_thread import FIRM
 
 Colour = tuple[float, float, float]
 

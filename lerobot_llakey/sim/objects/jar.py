@@ -5,10 +5,10 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from lerobot_llakey.sim.meshes import add_mesh, revolve
+from lerobot_llakey.sim.arm.panda import ARM_CONTYPE
 from lerobot_llakey.sim.mujoco_poses import about_z
-from lerobot_llakey.sim.robot import ARM_CONTYPE
-from lerobot_llakey.sim.thread import FIRM, THREAD_BIT
+from lerobot_llakey.sim.objects.meshes import add_mesh, revolve
+from lerobot_llakey.sim.objects.screw_thread import FIRM, THREAD_BIT
 
 JAR_PARTS = ("body", "shoulder", "neck", "tip")
 """Geoms of a jar, after its name and an underscore."""

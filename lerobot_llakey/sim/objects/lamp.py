@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import mujoco
 
-from lerobot_llakey.sim.meshes import add_mesh, revolve
+from lerobot_llakey.sim.arm.panda import ARM_CONTYPE
 from lerobot_llakey.sim.objects.bulb import SOCKET_DEPTH, SOCKET_RADIUS, add_socket, glass_profile
-from lerobot_llakey.sim.robot import ARM_CONTYPE
-
-if TYPE_CHECKING:
-    from lerobot_llakey.sim.world import World
+from lerobot_llakey.sim.objects.meshes import add_mesh, revolve
+from lerobot_llakey.sim.world import World
 
 SEAT = 0.035
 """Height above the table of the tip of a bulb that is screwed into the lamp."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from lerobot_llakey.sim.meshes import add_mesh
+from lerobot_llakey.sim.objects.meshes import add_mesh
 from lerobot_llakey.sim.objects.shapes import SHAPES, TOUCH, Shape, widened
 
 BODY = "shape_sorter"

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from lerobot_llakey.sim.meshes import add_mesh
-from lerobot_llakey.sim.robot import ARM_CONTYPE
+from lerobot_llakey.sim.arm.panda import ARM_CONTYPE
+from lerobot_llakey.sim.objects.meshes import add_mesh
 
 BODY_HEIGHT = 0.025
 BAR_HALF = (0.015, 0.007, 0.014)

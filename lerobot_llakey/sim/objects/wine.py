@@ -5,7 +5,7 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from lerobot_llakey.sim.meshes import add_mesh, extrude, revolve
+from lerobot_llakey.sim.objects.meshes import add_mesh, extrude, revolve
 
 SLOTS = ("left", "middle", "right")
 PITCH = 0.082

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import Any, ClassVar
 
 import mujoco
 
 from lerobot_llakey.geometry import Pose
-
-if TYPE_CHECKING:
-    from lerobot_llakey.sim.world import World
+from lerobot_llakey.sim.world import World
 
 
 @dataclass(frozen=True)
@@ -70,3 +68,12 @@ class Task(ABC):
 
     def before_step(self, world: World) -> None:
         """Hook before each time step, for mechanisms that MuJoCo does not model (a thread that bites)."""
+
+    def save(self) -> dict[str, Any]:
+        """Everything that the task knows of the present episode."""
+        return dict(vars(self))
+
+    def restore(self, saved: dict[str, Any]) -> None:
+        """Bring back what :meth:`save` gave."""
+        vars(self).clear()
+        vars(self).update(saved)

@@ -10,13 +10,13 @@ import numpy as np
 
 from lerobot_llakey.geometry import Pose, top_down
 from lerobot_llakey.instructions import instruct
-from lerobot_llakey.sim.colours import COLOUR_NAMES, COLOURS
-from lerobot_llakey.sim.grip import Grip, hand_yaw
+from lerobot_llakey.sim.arm.grasps import Grasp, hand_yaw
+from lerobot_llakey.sim.objects.colours import COLOUR_NAMES, COLOURS
 from lerobot_llakey.sim.objects.jar import JAR_PARTS, JAR_TOP, LID_DEPTH, add_jar, add_jar_tip, add_lid
-from lerobot_llakey.sim.spots import three_spots
+from lerobot_llakey.sim.objects.placements import three_placements
+from lerobot_llakey.sim.objects.screw_thread import ScrewThread
 from lerobot_llakey.sim.tasks.base import Task, Waypoint
-from lerobot_llakey.sim.tasks.waiting import waits_before
-from lerobot_llakey.sim.thread import Thread
+from lerobot_llakey.sim.tasks.grasping import grasping, release
 from lerobot_llakey.sim.world import World
 
 _WORDINGS = (
@@ -45,7 +45,7 @@ _X, _Y, _REACH = (0.32, 0.63), (-0.31, 0.31), (0.43, 0.68)
 """Metres: where things stand, and how far from the base, so that a hand that points down reaches them."""
 _JAR_GAP, _LID_GAP = 0.14, 0.165
 """Metres between the jars, and between lid and jars: the hand is 20 cm wide and comes down among them."""
-_SPOTS = ((0.50, 0.2), (0.50, 0.0), (0.50, -0.2))
+_FALLBACK = ((0.50, 0.2), (0.50, 0.0), (0.50, -0.2))
 
 
 class CloseJar(Task):
@@ -58,7 +58,7 @@ class CloseJar(Task):
     variations: ClassVar[int] = len(COLOURS)
 
     def __init__(self) -> None:
-        self.threads = tuple(Thread(jar, "lid", _TRAVEL, _ANGLE) for jar in _JARS)
+        self.threads = tuple(ScrewThread(jar, "lid", _TRAVEL, _ANGLE) for jar in _JARS)
         self.thread = self.threads[0]
 
     def build(self, spec: mujoco.MjSpec) -> None:
@@ -72,9 +72,9 @@ class CloseJar(Task):
         self.variation, self.colour = variation, COLOUR_NAMES[variation]
         self.other_colour = COLOUR_NAMES[(variation + int(rng.integers(1, self.variations))) % self.variations]
         self.description = str(rng.choice(_WORDINGS)).format(self.colour)
-        spots = three_spots(rng, _X, _Y, _REACH, (_LID_GAP, _JAR_GAP, _LID_GAP), _SPOTS)
-        for body, spot in zip((*_JARS, "lid"), spots, strict=True):
-            world.place(body, Pose(np.array((*spot, 0.0))))
+        positions = three_placements(rng, _X, _Y, _REACH, (_LID_GAP, _JAR_GAP, _LID_GAP), _FALLBACK)
+        for body, position in zip((*_JARS, "lid"), positions, strict=True):
+            world.place(body, Pose(np.array((*position, 0.0))))
         for jar, colour in zip(_JARS, (self.colour, self.other_colour), strict=True):
             for part in JAR_PARTS:
                 world.paint(f"{jar}_{part}", COLOURS[colour])
@@ -92,7 +92,7 @@ class CloseJar(Task):
         held = world.held_bodies()
         if "lid" not in held:
             wrong = [jar for jar in _JARS if jar in held]
-            return [_release(world, self._jar_name(jar)) for jar in wrong] + self._fetch(world)
+            return [release(world.tool, self._jar_name(jar)) for jar in wrong] + self._fetch(world)
         for thread in self.threads:
             if thread.seated(world):
                 return self._turn(world, thread)
@@ -106,17 +106,13 @@ class CloseJar(Task):
         """All steps, or those from the grasp on where the hand waits above the lid."""
         wrong = self.threads[1].engaged(world)
         grasp = Pose(world.pose("lid").position, top_down(-_YAW if wrong else _YAW)).shifted(z=_GRASP)
-        before = grasp.shifted(z=_ABOVE)
-        steps = [
-            Waypoint(before, True, False, instruct("move", "top", "the lid")),
-            Waypoint(grasp, False, True, instruct("grasp", "the lid")),
-        ][waits_before(world, before, near=0.025) :]
-        grip = Grip.upright(_GRASP)
+        steps = grasping(world, grasp.shifted(z=_ABOVE), grasp, "top", "the lid", near=0.025)
+        grip = Grasp.upright(_GRASP)
         if wrong:
             return [*steps, self._unscrew(world, grip), *self._bring(world, grip)]
         return steps + self._bring(world, grip)[3 * self.thread.seated(world) :]
 
-    def _bring(self, world: World, grip: Grip) -> list[Waypoint]:
+    def _bring(self, world: World, grip: Grasp) -> list[Waypoint]:
         """The steps from the raise on, for a lid held at a grip."""
         lid, jar, name = world.pose("lid").position, world.pose(_JARS[0]).position, self._jar_name(_JARS[0])
         carry = _CARRY - _GRASP
@@ -129,40 +125,36 @@ class CloseJar(Task):
             Waypoint(aligned, False, False, instruct("align", name)),
             Waypoint(placed, False, True, instruct("place", "the lid", name)),
             Waypoint(screwed, False, True, instruct("screw_in", "the lid")),
-            Waypoint(screwed, True, True, instruct("release", "the lid")),
+            release(screwed, "the lid"),
         ]
 
     def _carry(self, world: World) -> list[Waypoint]:
         """The steps that remain for a lid in the hand and off the threads."""
-        steps = self._bring(world, Grip.of(world.tool, world.pose("lid")))
+        steps = self._bring(world, Grasp.of(world.tool, world.pose("lid")))
         beside = np.hypot(*(world.pose("lid").position - world.pose(_JARS[0]).position)[:2])
         turned = abs(hand_yaw(world.tool) - _YAW)
         if beside < 0.012 and turned < 0.2 and world.pose("lid").position[2] > _ENTRY - 0.005:
             # A lid that is down but does not sit is askew in the hand: let go, it falls into place.
-            return [_release(world, "the lid")] if world.tool.distance(steps[2].pose)[0] < _PUT else steps[2:]
+            return [release(world.tool, "the lid")] if world.tool.distance(steps[2].pose)[0] < _PUT else steps[2:]
         return steps[1:] if world.tool.position[2] > _CARRY - 0.03 else steps
 
-    def _turn(self, world: World, thread: Thread) -> list[Waypoint]:
+    def _turn(self, world: World, thread: ScrewThread) -> list[Waypoint]:
         """The steps that remain for a lid in the hand and on a thread."""
         # The thread keeps the lid upright; the hand must not lean against it.
-        grip = replace(Grip.of(world.tool, world.pose("lid")), axis=Grip.upright(0.0).axis)
+        grip = replace(Grasp.of(world.tool, world.pose("lid")), axis=Grasp.upright(0.0).axis)
         yaw = hand_yaw(world.tool)
         if thread is not self.thread:
             if not thread.engaged(world):
                 return self._bring(world, grip)
             if yaw < _YAW - 0.2:
                 return [self._unscrew(world, grip), *self._bring(world, grip)]
-            return [_release(world, "the lid")]
+            return [release(world.tool, "the lid")]
         if thread.turned(world) >= _CLOSED or yaw < 0.2 - _YAW:
-            return [_release(world, "the lid")]
+            return [release(world.tool, "the lid")]
         return self._bring(world, grip)[3:]
 
-    def _unscrew(self, world: World, grip: Grip) -> Waypoint:
+    def _unscrew(self, world: World, grip: Grasp) -> Waypoint:
         jar = world.pose(_JARS[1]).position
         return Waypoint(
             grip.hand(np.array((jar[0], jar[1], _ENTRY)), _YAW), False, True, instruct("screw_out", "the lid")
         )
-
-
-def _release(world: World, thing: str) -> Waypoint:
-    return Waypoint(world.tool, True, True, instruct("release", thing))

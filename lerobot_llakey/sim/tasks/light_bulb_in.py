@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import mujoco
 import numpy as np
 
 from lerobot_llakey.geometry import Pose, top_down
 from lerobot_llakey.instructions import instruct
-from lerobot_llakey.sim.colours import COLOUR_NAMES, COLOURS
-from lerobot_llakey.sim.grip import MOST_TILT, Grip, hand_yaw
+from lerobot_llakey.sim.arm.grasps import MOST_TILT, Grasp, hand_yaw
 from lerobot_llakey.sim.objects.bulb import (
     ANGLE,
     GLASS_HEIGHT,
@@ -21,14 +20,13 @@ from lerobot_llakey.sim.objects.bulb import (
     facing,
     glass_middle,
 )
+from lerobot_llakey.sim.objects.colours import COLOUR_NAMES, COLOURS
 from lerobot_llakey.sim.objects.lamp import HOLDER_HEIGHT, SEAT, add_holder, add_lamp, paint_holder, switch
-from lerobot_llakey.sim.spots import three_spots
+from lerobot_llakey.sim.objects.placements import three_placements
+from lerobot_llakey.sim.objects.screw_thread import ScrewThread
 from lerobot_llakey.sim.tasks.base import Task, Waypoint
-from lerobot_llakey.sim.tasks.waiting import waits_before
-from lerobot_llakey.sim.thread import Thread
-
-if TYPE_CHECKING:
-    from lerobot_llakey.sim.world import World
+from lerobot_llakey.sim.tasks.grasping import grasping, release
+from lerobot_llakey.sim.world import World
 
 _WORDINGS = (
     "screw in the {} light bulb",
@@ -55,7 +53,7 @@ _OVER, _TURNED = 0.016, 0.3
 _X, _Y, _REACH = (0.34, 0.63), (-0.31, 0.31), (0.45, 0.68)
 """Metres: where things stand, and how far from the base, so that a hand that points down reaches them."""
 _HOLDER_GAP, _LAMP_GAP = 0.15, 0.16
-_SPOTS = ((0.50, 0.2), (0.50, 0.0), (0.50, -0.2))
+_FALLBACK = ((0.50, 0.2), (0.50, 0.0), (0.50, -0.2))
 
 
 class LightBulbIn(Task):
@@ -68,7 +66,7 @@ class LightBulbIn(Task):
     variations: ClassVar[int] = len(COLOURS)
 
     def __init__(self) -> None:
-        self.threads = tuple(Thread(f"lamp_{bulb}", bulb, TRAVEL, ANGLE) for bulb in _BULBS)
+        self.threads = tuple(ScrewThread(f"lamp_{bulb}", bulb, TRAVEL, ANGLE) for bulb in _BULBS)
 
     def build(self, spec: mujoco.MjSpec) -> None:
         add_bulb_meshes(spec)
@@ -87,11 +85,11 @@ class LightBulbIn(Task):
         other = (variation + int(rng.integers(1, self.variations))) % self.variations
         self.colours = COLOUR_NAMES[variation], COLOUR_NAMES[other]
         self.description = str(rng.choice(_WORDINGS)).format(self.colours[0])
-        lamp, *spots = three_spots(rng, _X, _Y, _REACH, (_LAMP_GAP, _LAMP_GAP, _HOLDER_GAP), _SPOTS)
+        lamp, *positions = three_placements(rng, _X, _Y, _REACH, (_LAMP_GAP, _LAMP_GAP, _HOLDER_GAP), _FALLBACK)
         world.place("lamp", Pose(np.array((*lamp, 0.0))))
-        for bulb, holder, colour, spot in zip(_BULBS, _HOLDERS, self.colours, spots, strict=True):
-            world.place(holder, Pose(np.array((*spot, 0.0))))
-            world.place(bulb, Pose(np.array((*spot, 0.0)), facing(_YAW)))
+        for bulb, holder, colour, position in zip(_BULBS, _HOLDERS, self.colours, positions, strict=True):
+            world.place(holder, Pose(np.array((*position, 0.0))))
+            world.place(bulb, Pose(np.array((*position, 0.0)), facing(_YAW)))
             paint_holder(world, holder, COLOURS[colour])
             world.paint(f"{bulb}_collar", COLOURS[colour])
 
@@ -122,17 +120,13 @@ class LightBulbIn(Task):
     def _take(self, world: World, index: int, yaw: float) -> list[Waypoint]:
         """Both steps of a grasp, or the second where the hand waits above the bulb."""
         grasp = Pose(glass_middle(world.pose(_BULBS[index])), top_down(yaw)).shifted(z=_ABOVE_MIDDLE)
-        before = grasp.shifted(z=_ABOVE)
-        return [
-            Waypoint(before, True, False, instruct("move", "top", self._bulb_name(index))),
-            Waypoint(grasp, False, True, instruct("grasp", self._bulb_name(index))),
-        ][waits_before(world, before) :]
+        return grasping(world, grasp.shifted(z=_ABOVE), grasp, "top", self._bulb_name(index))
 
     def _fetch(self, world: World) -> list[Waypoint]:
-        bring = self._bring(world, Grip.upright(_GRASP))
+        bring = self._bring(world, Grasp.upright(_GRASP))
         return self._take(world, 0, _YAW) + bring[3 * self.threads[0].seated(world) :]
 
-    def _bring(self, world: World, grip: Grip) -> list[Waypoint]:
+    def _bring(self, world: World, grip: Grasp) -> list[Waypoint]:
         """The steps from the raise on, for a bulb held as given."""
         (x, y, _), name = world.pose("lamp").position, self._bulb_name(0)
         aligned = grip.hand(np.array((x, y, _CARRY)), _YAW)
@@ -148,7 +142,7 @@ class LightBulbIn(Task):
 
     def _carry(self, world: World) -> list[Waypoint]:
         """The steps that remain for the bulb in the hand and off the lamp."""
-        grip = Grip.of(world.tool, world.pose("bulb"))
+        grip = Grasp.of(world.tool, world.pose("bulb"))
         steps = self._bring(world, grip)
         beside, _, height = _from_lamp(world, "bulb")
         if beside < _OVER and abs(hand_yaw(world.tool) - _YAW) < _TURNED and height > -0.005:
@@ -162,26 +156,26 @@ class LightBulbIn(Task):
         """The steps that remain for the bulb in the hand and on its thread."""
         if self.threads[0].turned(world) >= _SCREWED or hand_yaw(world.tool) < 0.2 - _YAW:
             return [self._release(world.tool, 0)]
-        return self._bring(world, Grip.of(world.tool, world.pose("bulb")))[3:]
+        return self._bring(world, Grasp.of(world.tool, world.pose("bulb")))[3:]
 
     def _clear(self, world: World) -> list[Waypoint]:
         """Take the other bulb out of the lamp."""
         engaged = self.threads[1].engaged(world)
         take = self._take(world, 1, -_YAW if engaged else _YAW)
-        return [*take, *self._away(world, Grip.upright(_GRASP))[not engaged :]]
+        return [*take, *self._away(world, Grasp.upright(_GRASP))[not engaged :]]
 
     def _put_away(self, world: World) -> list[Waypoint]:
         """The steps that remain for the other bulb in the hand."""
-        release = self._release(world.tool, 1)
-        steps = self._away(world, Grip.of(world.tool, world.pose("other_bulb")))
+        let_go = self._release(world.tool, 1)
+        steps = self._away(world, Grasp.of(world.tool, world.pose("other_bulb")))
         if self.threads[1].engaged(world):
-            return steps if hand_yaw(world.tool) < _YAW - 0.2 else [release]
+            return steps if hand_yaw(world.tool) < _YAW - 0.2 else [let_go]
         if _in_lamp(world, "other_bulb"):
             return steps[1:]
         beside, _, _ = _from_lamp(world, "other_bulb")
-        return steps[2:] if beside < _LAMP_GAP / 2 else [release]
+        return steps[2:] if beside < _LAMP_GAP / 2 else [let_go]
 
-    def _away(self, world: World, grip: Grip) -> list[Waypoint]:
+    def _away(self, world: World, grip: Grasp) -> list[Waypoint]:
         """Screw the other bulb out, raise it and let it down on its holder."""
         (x, y, _), (lamp_x, lamp_y, _) = world.pose("other_holder").position, world.pose("lamp").position
         name, holder = self._bulb_name(1), f"the {self.colours[1]} holder"
@@ -201,7 +195,7 @@ class LightBulbIn(Task):
         return Waypoint(Pose(np.array((x, y, _CARRY + _GRASP)), top_down(_YAW)), False, True, instruct("raise"))
 
     def _release(self, pose: Pose, index: int) -> Waypoint:
-        return Waypoint(pose, True, True, instruct("release", self._bulb_name(index)))
+        return release(pose, self._bulb_name(index))
 
 
 def _from_lamp(world: World, bulb: str) -> tuple[float, float, float]:

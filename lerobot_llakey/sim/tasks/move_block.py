@@ -7,7 +7,7 @@ do follows from the words and the picture together.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import mujoco
 import numpy as np
@@ -27,10 +27,8 @@ from lerobot_llakey.sim.objects.blocks import (
     add_shelter,
 )
 from lerobot_llakey.sim.tasks.base import Task, Waypoint
-from lerobot_llakey.sim.tasks.waiting import waits_before
-
-if TYPE_CHECKING:
-    from lerobot_llakey.sim.world import World
+from lerobot_llakey.sim.tasks.grasping import grasping, release
+from lerobot_llakey.sim.world import World
 
 INSERT, SLIDE, PULL_OUT = range(3)
 _VARIATIONS = (
@@ -85,10 +83,10 @@ class MoveBlock(Task):
         x, y = rng.uniform(0.53, 0.59), shelter + rng.uniform(-0.03, 0.03)
         world.place("shelter", Pose(np.array((x, y, 0.0))))
         self._place_block(world, "yellow", (x, y), 0.0)
-        spots = [(0.34, shelter), (0.36, rest), (0.54, rest)]
-        for colour, spot in zip(rng.permutation(("purple", "blue", "green")), spots, strict=True):
+        positions = [(0.34, shelter), (0.36, rest), (0.54, rest)]
+        for colour, position in zip(rng.permutation(("purple", "blue", "green")), positions, strict=True):
             yaw = rng.uniform(-0.5, 0.5) if colour == "purple" else 0.0
-            centre = np.array((*spot, 0.0)) + (rng.uniform(-0.02, 0.02), rng.uniform(-0.03, 0.03), 0.0)
+            centre = np.array((*position, 0.0)) + (rng.uniform(-0.02, 0.02), rng.uniform(-0.03, 0.03), 0.0)
             world.place(f"{colour}_target", Pose(centre, Rotation.from_euler("z", yaw).as_quat()))
 
     def success(self, world: World) -> bool:
@@ -106,10 +104,9 @@ class MoveBlock(Task):
         return self._drop_other(world) + self._remaining(world)
 
     def _drop_other(self, world: World) -> list[Waypoint]:
-        """Where the wrong block was grasped, it is let go on the spot."""
+        """Where the wrong block was grasped, it is let go where it is."""
         other = "yellow" if self.block == "red" else "red"
-        release = Waypoint(world.tool, True, True, instruct("release", f"the {other} block"))
-        return [release] if world.holds(f"{other}_block") else []
+        return [release(world.tool, f"the {other} block")] if world.holds(f"{other}_block") else []
 
     def _remaining(self, world: World) -> list[Waypoint]:
         held = world.holds(f"{self.block}_block")
@@ -129,8 +126,8 @@ class MoveBlock(Task):
         return f"the {self.target} target"
 
     @staticmethod
-    def _place_block(world: World, colour: str, spot: tuple[float, float], yaw: float) -> None:
-        world.place(f"{colour}_block", Pose(np.array((*spot, BLOCK)), Rotation.from_euler("z", yaw).as_quat()))
+    def _place_block(world: World, colour: str, position: tuple[float, float], yaw: float) -> None:
+        world.place(f"{colour}_block", Pose(np.array((*position, BLOCK)), Rotation.from_euler("z", yaw).as_quat()))
 
     def _block_pose(self, world: World) -> tuple[np.ndarray, float]:
         """Centre of the block, and its heading within an eighth of a turn: a cube looks the same every quarter."""
@@ -146,11 +143,7 @@ class MoveBlock(Task):
         return bool(-0.05 < offset[0] < SHELTER and abs(offset[1]) < SHELTER and offset[2] < ROOF_HEIGHT)
 
     def _take(self, world: World, grasp: Pose, before: Pose, side: str) -> list[Waypoint]:
-        waypoints = [
-            Waypoint(before, True, False, instruct("move", side, self._thing)),
-            Waypoint(grasp, False, True, instruct("grasp", self._thing)),
-        ]
-        return waypoints[waits_before(world, before) :]
+        return grasping(world, before, grasp, side, self._thing)
 
     def _take_from_above(self, world: World) -> list[Waypoint]:
         position, yaw = self._block_pose(world)
@@ -225,9 +218,9 @@ class MoveBlock(Task):
 
     def _unless_there(self, world: World, waypoint: Waypoint) -> list[Waypoint]:
         """The waypoint and the release after it, or the release alone where the tool has arrived."""
-        release = Waypoint(waypoint.pose, True, True, instruct("release", self._thing))
+        let_go = release(waypoint.pose, self._thing)
         distance, angle = world.tool.distance(waypoint.pose)
-        return [release] if distance < _PUT and angle < _TURNED else [waypoint, release]
+        return [let_go] if distance < _PUT and angle < _TURNED else [waypoint, let_go]
 
 
 def _raised(tool: Pose) -> Waypoint:

@@ -7,7 +7,7 @@ cabinet. Both cups, the ledge and the cabinet are there in every scene.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import mujoco
 import numpy as np
@@ -18,10 +18,8 @@ from lerobot_llakey.instructions import instruct
 from lerobot_llakey.sim.objects.cup import CUP_HEIGHT, CUP_RADIUS, CUP_WALL, add_cup
 from lerobot_llakey.sim.objects.shelters import SHELTER_HALF_WIDTH, add_cabinet, add_ledge
 from lerobot_llakey.sim.tasks.base import Task, Waypoint
-from lerobot_llakey.sim.tasks.waiting import waits_before
-
-if TYPE_CHECKING:
-    from lerobot_llakey.sim.world import World
+from lerobot_llakey.sim.tasks.grasping import grasping, release
+from lerobot_llakey.sim.world import World
 
 CLAMP, SLIDE, TURN, PULL_OUT = range(4)
 _POSES = ("upward", "upside-down")
@@ -30,7 +28,7 @@ _TARGETS = {"blue": (0.10, 0.25, 0.90), "green": (0.10, 0.65, 0.20), "yellow": (
 _PAD = 0.05
 _LANES, _PADS = (0.365, 0.52, 0.675), (0.36, 0.49, 0.62)
 """Metres in front of the robot: shelters and the cup in the open, and the targets."""
-_FRONT, _SPOT, _PAD_Y = (0.25, 0.28), (0.04, 0.09), (-0.10, -0.05)
+_FRONT, _OPEN_Y, _PAD_Y = (0.25, 0.28), (0.04, 0.09), (-0.10, -0.05)
 """Metres to the robot's left: the shelters' front edges, the cup in the open, and the targets."""
 _INSIDE, _REACH = 0.018, 0.03
 """Metres from a shelter's front edge to the axis of the cup in it, and by which a cup may miss its target's centre."""
@@ -86,7 +84,7 @@ class MoveCup(Task):
         for name, lane in zip(("cabinet", "ledge", "open"), rng.permutation(_LANES), strict=True):
             x = lane + rng.uniform(-0.002, 0.002)
             if name == "open":
-                places[name] = np.array((x, rng.uniform(*_SPOT), 0.0))
+                places[name] = np.array((x, rng.uniform(*_OPEN_Y), 0.0))
                 continue
             front = np.array((x, rng.uniform(*_FRONT), 0.0))
             world.place(name, Pose(front))
@@ -98,8 +96,8 @@ class MoveCup(Task):
         in_the_open = self.sequence == CLAMP or (self.sequence == PULL_OUT and far)
         yaw = [Rotation.from_euler("z", angle) for angle in rng.uniform(-np.pi, np.pi, 2)]
         world.place("upward_cup", Pose(places["open" if in_the_open else "ledge"], yaw[0].as_quat()))
-        spot = places["open" if self.sequence == TURN else "cabinet"] + (0, 0, CUP_HEIGHT)
-        world.place("upside-down_cup", Pose(spot, (yaw[1] * Rotation.from_euler("x", np.pi)).as_quat()))
+        position = places["open" if self.sequence == TURN else "cabinet"] + (0, 0, CUP_HEIGHT)
+        world.place("upside-down_cup", Pose(position, (yaw[1] * Rotation.from_euler("x", np.pi)).as_quat()))
 
     def success(self, world: World) -> bool:
         cup = self._cup(world)
@@ -116,7 +114,7 @@ class MoveCup(Task):
         held = world.held_bodies()
         for pose in _POSES:
             if pose != self.pose and f"{pose}_cup" in held:
-                return [_release(world.tool, f"the {pose} cup"), *self._take(world)]
+                return [release(world.tool, f"the {pose} cup"), *self._take(world)]
         return self._bring(world, world.tool, self._cup(world)) if f"{self.pose}_cup" in held else self._take(world)
 
     @property
@@ -163,11 +161,7 @@ class MoveCup(Task):
                 x = np.clip(x, cabinet[0] - _PLAY, cabinet[0] + _PLAY)
             grasp = Pose(np.array((x, y - _SHORT, _GRIP)), _LEFTWARDS.as_quat())
             before, side = grasp.shifted(y=-_BEHIND, z=_HIGHER), "right side"
-        waypoints = [
-            Waypoint(before, True, False, instruct("move", side, self._thing)),
-            Waypoint(grasp, False, True, instruct("grasp", self._thing)),
-        ]
-        return waypoints[waits_before(world, before) :] + self._bring(world, grasp, cup)
+        return grasping(world, before, grasp, side, self._thing) + self._bring(world, grasp, cup)
 
     def _bring(self, world: World, tool: Pose, cup: Pose) -> list[Waypoint]:
         """What remains for a cup that the tool holds: out, up, upright, over the target, down, let go."""
@@ -175,7 +169,7 @@ class MoveCup(Task):
         along = grip.rotation.as_matrix()[2, 2]
         if along > 0.6:
             # Held by its bottom: no hand can turn it over.
-            return [_release(tool, self._thing)]
+            return [release(tool, self._thing)]
         upright = _upright(grip)
         goal = world.pose(f"{self.target}_target").position
 
@@ -186,17 +180,17 @@ class MoveCup(Task):
 
         top = Waypoint(at(_CARRY), False, False, instruct("move", "top", self._goal))
         place = Waypoint(at(_DROP), False, True, instruct("place", self._thing, self._goal))
-        release = _release(place.pose, self._thing)
+        let_go = release(place.pose, self._thing)
         turned, low = _opening(cup)[2] > np.cos(_TURNED), cup.apply((0, 0, CUP_HEIGHT / 2))[2] < 0.12
         if turned:
             if self._off(world, cup) < _PUT and tool.position[2] < place.pose.position[2] + _LOW:
-                return [release]
+                return [let_go]
             if self._off(world, cup) < _ARRIVED:
-                return [place, release]
+                return [place, let_go]
             if low and along > -0.7:
                 slid = Waypoint(at(_HOVER), False, True, instruct("slide", self._thing, self._goal))
-                return [slid, _release(slid.pose, self._thing)]
-            return [_raise(tool, upright), top, place, release] if low else [top, place, release]
+                return [slid, release(slid.pose, self._thing)]
+            return [_raise(tool, upright), top, place, let_go] if low else [top, place, let_go]
         steps = []
         shelter = self._shelter(world, cup, 0.05)
         if shelter is not None and low:
@@ -212,16 +206,12 @@ class MoveCup(Task):
             steps.append(raised)
         there = Pose(np.clip(raised.pose.position, *_ROOM), upright.as_quat())
         rotated = Waypoint(there, False, False, instruct("rotate", self._thing, "the upright pose"))
-        return [*steps, rotated, top, place, release]
+        return [*steps, rotated, top, place, let_go]
 
 
 def _opening(cup: Pose) -> np.ndarray:
     """(3,) unit vector out of a cup's opening."""
     return cup.rotation.as_matrix()[:, 2]
-
-
-def _release(tool: Pose, thing: str) -> Waypoint:
-    return Waypoint(tool, True, True, instruct("release", thing))
 
 
 def _raise(tool: Pose, rotation: Rotation) -> Waypoint:

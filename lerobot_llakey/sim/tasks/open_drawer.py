@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import mujoco
 import numpy as np
@@ -11,10 +11,8 @@ from scipy.spatial.transform import Rotation
 from lerobot_llakey.geometry import Pose
 from lerobot_llakey.instructions import instruct
 from lerobot_llakey.sim.tasks.base import Task, Waypoint
-from lerobot_llakey.sim.tasks.waiting import waits_before
-
-if TYPE_CHECKING:
-    from lerobot_llakey.sim.world import World
+from lerobot_llakey.sim.tasks.grasping import grasping
+from lerobot_llakey.sim.world import World
 
 DRAWERS = ("bottom", "middle", "top")
 _WORDINGS = (
@@ -83,14 +81,10 @@ class OpenDrawer(Task):
         grasp = self._grasp(world)
         before = grasp.advanced(-_APPROACH)
         pulled = grasp @ Pose(grasp.rotation.inv().apply(self._outwards(world)) * (_PULL - self._opening(world)))
-        remaining = [
-            Waypoint(before, True, False, instruct("move", "front", handle_name)),
-            Waypoint(grasp, False, True, instruct("grasp", handle_name)),
-            Waypoint(pulled, False, True, instruct("pull_open", f"the {self.drawer} drawer")),
-        ]
+        pull = Waypoint(pulled, False, True, instruct("pull_open", f"the {self.drawer} drawer"))
         if world.holds(f"{self.drawer}_drawer"):
-            return remaining[2:]
-        return remaining[waits_before(world, before, spin=_SPIN) :]
+            return [pull]
+        return [*grasping(world, before, grasp, "front", handle_name, spin=_SPIN), pull]
 
     def _opening(self, world: World) -> float:
         return world.joint(f"{self.drawer}_drawer")

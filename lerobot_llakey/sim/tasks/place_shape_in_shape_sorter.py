@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import mujoco
 import numpy as np
@@ -10,16 +10,14 @@ from scipy.spatial.transform import Rotation
 
 from lerobot_llakey.geometry import DOWN, Pose, top_down
 from lerobot_llakey.instructions import instruct
+from lerobot_llakey.sim.arm.planning import PlanningError
 from lerobot_llakey.sim.objects import shape_sorter
-from lerobot_llakey.sim.objects.shape_places import free_spots, has_room, layout, over_sorter
+from lerobot_llakey.sim.objects.shape_placements import free_positions, has_room, layout, over_sorter
 from lerobot_llakey.sim.objects.shape_sorter import PLATE_BOTTOM, PLATE_TOP
 from lerobot_llakey.sim.objects.shapes import BODY_HEIGHT, GRIP, SHAPES, Shape, add_shape, extent
-from lerobot_llakey.sim.planning import PlanningError
 from lerobot_llakey.sim.tasks.base import Task, Waypoint
-from lerobot_llakey.sim.tasks.waiting import points_alike, waits_before
-
-if TYPE_CHECKING:
-    from lerobot_llakey.sim.world import World
+from lerobot_llakey.sim.tasks.grasping import grasping, points_alike, release
+from lerobot_llakey.sim.world import World
 
 _WORDINGS = (
     "put the {} in the shape sorter",
@@ -45,7 +43,7 @@ _SPIN, _FITTING = np.deg2rad((90, 60))
 _UPRIGHT, _LYING = np.deg2rad((10, 35))
 """Radians of tilt in the hand that need no correction, and that are too many to correct over the hole (the shape is put
 back on the table, where it rights itself)."""
-_LEANS, _SPOTS = np.deg2rad((50, 30, 0)), 5
+_LEANS, _NEAREST = np.deg2rad((50, 30, 0)), 5
 """Radians by which the hand leans to put back a lying shape, and how many places are tried: the first that the arm
 reaches."""
 
@@ -66,15 +64,15 @@ class PlaceShapeInShapeSorter(Task):
         rng = world.rng
         self.variation, self.shape = variation, SHAPES[variation]
         self.description = str(rng.choice(_WORDINGS)).format(self.shape.name)
-        sorter, spots = layout(rng)
+        sorter, positions = layout(rng)
         world.place(shape_sorter.BODY, sorter)
-        for shape, spot, yaw in zip(SHAPES, spots, rng.uniform(-_YAW, _YAW, len(SHAPES)), strict=True):
-            world.place(shape.body, Pose(np.array((*spot, 0.0)), Rotation.from_euler("z", yaw).as_quat()))
+        for shape, position, yaw in zip(SHAPES, positions, rng.uniform(-_YAW, _YAW, len(SHAPES)), strict=True):
+            world.place(shape.body, Pose(np.array((*position, 0.0)), Rotation.from_euler("z", yaw).as_quat()))
 
     def success(self, world: World) -> bool:
-        place = world.pose(shape_sorter.BODY).inverse().apply(world.pose(self.shape.body).position)
-        below = place[2] < PLATE_BOTTOM - 1.4 * BODY_HEIGHT
-        inside = shape_sorter.COMPARTMENTS[self.shape.name].contains(place)
+        position = world.pose(shape_sorter.BODY).inverse().apply(world.pose(self.shape.body).position)
+        below = position[2] < PLATE_BOTTOM - 1.4 * BODY_HEIGHT
+        inside = shape_sorter.COMPARTMENTS[self.shape.name].contains(position)
         return bool(below and inside and not world.holds(self.shape.body))
 
     def plan(self, world: World) -> list[Waypoint]:
@@ -92,9 +90,9 @@ class PlaceShapeInShapeSorter(Task):
     def _blocker(self, world: World) -> Shape | None:
         """Another shape that lies on the hole."""
         sorter = world.pose(shape_sorter.BODY)
-        place = sorter.apply(np.array((*shape_sorter.hole(self.shape), PLATE_TOP)))
+        position = sorter.apply(np.array((*shape_sorter.hole(self.shape), PLATE_TOP)))
         for shape in SHAPES:
-            away = world.pose(shape.body).position - place
+            away = world.pose(shape.body).position - position
             if shape is not self.shape and np.hypot(*away[:2]) < 0.045 and abs(away[2]) < 0.03:
                 return shape
         return None
@@ -103,10 +101,7 @@ class PlaceShapeInShapeSorter(Task):
         """All steps, or those from the grasp on where the hand waits above the shape."""
         grasp = self._grasp(world, shape)
         before = grasp.shifted(z=_APPROACH)
-        steps = [
-            Waypoint(before, True, False, instruct("move", "top", f"the {shape.name}")),
-            Waypoint(grasp, False, True, instruct("grasp", f"the {shape.name}")),
-        ][waits_before(world, before, spin=_SPIN) :]
+        steps = grasping(world, before, grasp, "top", f"the {shape.name}", spin=_SPIN)
         return steps + (self._bring(world, grasp) if shape is self.shape else self._put_back(world, shape, grasp))
 
     def _grasp(self, world: World, shape: Shape) -> Pose:
@@ -140,7 +135,7 @@ class PlaceShapeInShapeSorter(Task):
             _raised(tool),
             Waypoint(over, False, False, instruct("align", f"{thing} hole")),
             Waypoint(into, False, True, instruct("insert", thing, "the shape sorter")),
-            Waypoint(into, True, True, instruct("release", thing)),
+            release(into, thing),
         ]
         sideways = np.linalg.norm((pose.position - (into @ grip).position)[:2])
         turned = tool.distance(into)[1]
@@ -153,7 +148,7 @@ class PlaceShapeInShapeSorter(Task):
     def _to_hole(self, world: World, height: float, grip: Pose) -> Pose:
         """The hand's pose that brings the shape, held at ``grip``, to a height above its hole, turned to fit."""
         sorter = world.pose(shape_sorter.BODY)
-        place = sorter.apply(np.array((*shape_sorter.hole(self.shape), PLATE_TOP + height)))
+        position = sorter.apply(np.array((*shape_sorter.hole(self.shape), PLATE_TOP + height)))
         down = Rotation.from_quat(DOWN)
         turn = _yaw(sorter.rotation)
         if self.shape.fold:
@@ -164,13 +159,13 @@ class PlaceShapeInShapeSorter(Task):
         tilt = _righting(hand * grip.rotation)
         if tilt.magnitude() > _UPRIGHT:
             hand = tilt * hand
-        return Pose(place - hand.apply(grip.position), hand.as_quat())
+        return Pose(position - hand.apply(grip.position), hand.as_quat())
 
     def _put_back(self, world: World, shape: Shape, tool: Pose) -> list[Waypoint]:
         """The steps that put a shape, held as it would be by a hand at ``tool``, on the table, as upright as can be."""
         pose, sorter = world.pose(shape.body), world.pose(shape_sorter.BODY)
         grip = tool.inverse() @ pose
-        spots = free_spots(pose.position[:2], self._others(world, shape)[:, :2], sorter)[:_SPOTS]
+        positions = free_positions(pose.position[:2], self._others(world, shape)[:, :2], sorter)[:_NEAREST]
         # Where the hand was turned by what it does with a lying shape, the yaw is the one it has.
         hand = Rotation.from_euler("z", _yaw(tool.rotation)) * Rotation.from_quat(DOWN)
         righting = _righting(hand * grip.rotation).as_rotvec()
@@ -180,13 +175,13 @@ class PlaceShapeInShapeSorter(Task):
             turned = Rotation.from_rotvec(righting * min(1.0, lean / angle) if angle else righting) * hand
             height = 0.006 - extent(shape, turned * grip.rotation)
             offset = turned.apply(grip.position)
-            goals += [Pose(np.array((*spot, height)) - offset, turned.as_quat()) for spot in spots]
+            goals += [Pose(np.array((*position, height)) - offset, turned.as_quat()) for position in positions]
         goal = next((goal for goal in goals if _has_path(world, goal)), goals[0]) if world.held_bodies() else goals[0]
         thing = f"the {shape.name}"
         steps = [
             _raised(tool),
             Waypoint(goal, False, False, instruct("place", thing, "the table")),
-            Waypoint(goal, True, True, instruct("release", thing)),
+            release(goal, thing),
         ]
         distance, turn = tool.distance(goal)
         if distance < _PUT and turn < _TURNED:
@@ -202,7 +197,7 @@ class PlaceShapeInShapeSorter(Task):
 def _has_path(world: World, goal: Pose) -> bool:
     """Whether the arm reaches a pose with what it holds."""
     try:
-        world.motion.planner.plan(world.data, goal, False, world.carried(), np.random.default_rng(0))
+        world.planner.plan(world.data, goal, False, world.carried(), np.random.default_rng(0))
     except PlanningError:
         return False
     return True

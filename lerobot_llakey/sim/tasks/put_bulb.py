@@ -6,14 +6,15 @@ Everything is there in every scene, so what to do follows from the words and the
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import mujoco
 import numpy as np
 
 from lerobot_llakey.geometry import Pose, top_down
 from lerobot_llakey.instructions import instruct
-from lerobot_llakey.sim.grip import Grip, hand_yaw
+from lerobot_llakey.sim.arm.grasps import Grasp, hand_yaw
+from lerobot_llakey.sim.arm.panda import ARM_CONTYPE
 from lerobot_llakey.sim.objects.bulb import (
     ANGLE,
     GLASS_HEIGHT,
@@ -25,13 +26,10 @@ from lerobot_llakey.sim.objects.bulb import (
     facing,
     glass_middle,
 )
-from lerobot_llakey.sim.robot import ARM_CONTYPE
+from lerobot_llakey.sim.objects.screw_thread import ScrewThread
 from lerobot_llakey.sim.tasks.base import Task, Waypoint
-from lerobot_llakey.sim.tasks.waiting import waits_before
-from lerobot_llakey.sim.thread import Thread
-
-if TYPE_CHECKING:
-    from lerobot_llakey.sim.world import World
+from lerobot_llakey.sim.tasks.grasping import grasping, release
+from lerobot_llakey.sim.world import World
 
 LOOSE, SCREWED = range(2)
 _BULBS = {
@@ -74,7 +72,7 @@ class PutBulb(Task):
     sequences: ClassVar[int] = 2
 
     def __init__(self) -> None:
-        self.threads = {colour: Thread(f"{colour}_socket", f"{colour}_bulb", TRAVEL, ANGLE) for colour in _SCREWED}
+        self.threads = {colour: ScrewThread(f"{colour}_socket", f"{colour}_bulb", TRAVEL, ANGLE) for colour in _SCREWED}
 
     def build(self, spec: mujoco.MjSpec) -> None:
         add_bulb_meshes(spec)
@@ -100,16 +98,16 @@ class PutBulb(Task):
         self.description = f"put the {self.colour} light bulb in the {self.box} box"
         rng = world.rng
         corners = rng.permutation(np.array(_CORNERS))
-        spots = rng.permutation(np.concatenate((corners[2:], _MIDDLE)))
-        for colour, spot in zip(_BOXES, corners, strict=False):
-            world.place(f"{colour}_box", _at(rng, spot))
-        for colour, spot in zip(_BULBS, spots, strict=False):
-            place = _at(rng, spot)
+        positions = rng.permutation(np.concatenate((corners[2:], _MIDDLE)))
+        for colour, position in zip(_BOXES, corners, strict=False):
+            world.place(f"{colour}_box", _at(rng, position))
+        for colour, position in zip(_BULBS, positions, strict=False):
+            pose = _at(rng, position)
             if colour in self.threads:
-                world.place(f"{colour}_socket", place)
+                world.place(f"{colour}_socket", pose)
                 self.threads[colour].start_in(world)
             else:
-                world.place(f"{colour}_bulb", Pose(place.position, facing(_YAW)))
+                world.place(f"{colour}_bulb", Pose(pose.position, facing(_YAW)))
 
     def before_step(self, world: World) -> None:
         for thread in self.threads.values():
@@ -127,7 +125,7 @@ class PutBulb(Task):
         if self.bulb in held:
             return self._carry(world)
         wrong = [colour for colour in _BULBS if f"{colour}_bulb" in held]
-        drop = [Waypoint(world.tool, True, True, instruct("release", f"the {colour} light bulb")) for colour in wrong]
+        drop = [release(world.tool, f"the {colour} light bulb") for colour in wrong]
         return drop + self._fetch(world)
 
     @property
@@ -143,13 +141,12 @@ class PutBulb(Task):
         middle = glass_middle(world.pose(self.bulb))
         grasp = Pose(middle, top_down(-_YAW if engaged else _YAW)).shifted(z=_ABOVE_MIDDLE)
         before = grasp.shifted(z=_ABOVE)
-        take = [
-            Waypoint(before, True, False, instruct("move", "top", self._thing)),
-            Waypoint(grasp, False, True, instruct("grasp", self._thing)),
-        ][waits_before(world, before) :]
-        return take + self._bring(world, Grip.upright(_GRASP))[not engaged :]
+        return (
+            grasping(world, before, grasp, "top", self._thing)
+            + self._bring(world, Grasp.upright(_GRASP))[not engaged :]
+        )
 
-    def _bring(self, world: World, grip: Grip) -> list[Waypoint]:
+    def _bring(self, world: World, grip: Grasp) -> list[Waypoint]:
         """The steps for a bulb held as given: out of its socket, up, over the box, let go."""
         here, box = world.tool if world.holds(self.bulb) else world.pose(self.bulb), world.pose(f"{self.box}_box")
         socket = world.pose(f"{self.colour}_socket").position if self.thread else here.position
@@ -159,25 +156,25 @@ class PutBulb(Task):
             Waypoint(out, False, True, instruct("screw_out", self._thing)),
             Waypoint(raised, False, True, instruct("raise")),
             Waypoint(over, False, False, instruct("move", "top", f"the {self.box} box")),
-            Waypoint(over, True, True, instruct("release", self._thing)),
+            release(over, self._thing),
         ]
 
     def _carry(self, world: World) -> list[Waypoint]:
         """The steps that remain for the bulb in the hand."""
         tool, bulb = world.tool, world.pose(self.bulb)
-        steps = self._bring(world, Grip.of(tool, bulb))
-        release = Waypoint(tool, True, True, instruct("release", self._thing))
+        steps = self._bring(world, Grasp.of(tool, bulb))
+        let_go = release(tool, self._thing)
         if self._engaged(world):
             # A hand that turned all the way must take the bulb anew.
-            return steps if hand_yaw(tool) < _YAW - 0.2 else [release]
+            return steps if hand_yaw(tool) < _YAW - 0.2 else [let_go]
         beside = np.hypot(*(tool.position - world.pose(f"{self.box}_box").position)[:2])
         if tool.position[2] < _CARRY + _GRASP - _LOW:
             return steps[1:]
-        return [release] if beside < _ARRIVED else steps[2:]
+        return [let_go] if beside < _ARRIVED else steps[2:]
 
 
-def _at(rng: np.random.Generator, spot: np.ndarray) -> Pose:
-    return Pose(np.array((*(spot + rng.uniform(-_JITTER, _JITTER, 2)), 0.0)))
+def _at(rng: np.random.Generator, position: np.ndarray) -> Pose:
+    return Pose(np.array((*(position + rng.uniform(-_JITTER, _JITTER, 2)), 0.0)))
 
 
 def _add_body(socket: mujoco.MjsBody) -> None:

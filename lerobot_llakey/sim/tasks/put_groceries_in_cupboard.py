@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import mujoco
 import numpy as np
@@ -10,15 +10,13 @@ from scipy.spatial.transform import Rotation
 
 from lerobot_llakey.geometry import Pose, top_down
 from lerobot_llakey.instructions import instruct
-from lerobot_llakey.sim.grip import hand_yaw
-from lerobot_llakey.sim.meshes import add_mesh
+from lerobot_llakey.sim.arm.grasps import hand_yaw
 from lerobot_llakey.sim.objects.groceries import GOODS, Good, add_good
-from lerobot_llakey.sim.spots import draw_until_it_fits
+from lerobot_llakey.sim.objects.meshes import add_mesh
+from lerobot_llakey.sim.objects.placements import draw_until_it_fits
 from lerobot_llakey.sim.tasks.base import Task, Waypoint
-from lerobot_llakey.sim.tasks.waiting import waits_before
-
-if TYPE_CHECKING:
-    from lerobot_llakey.sim.world import World
+from lerobot_llakey.sim.tasks.grasping import grasping, release
+from lerobot_llakey.sim.world import World
 
 _WORDINGS = (
     "put the {} in the cupboard",
@@ -33,7 +31,7 @@ _SHELF, _ROOF, _ROOF_EDGE, _DEPTH, _HALF_WIDTH = 0.02, 0.125, 0.108, 0.165, 0.14
 half its width. A hand that points down stands in front of the roof."""
 _WALL = 0.008
 _WOOD, _PALE = (0.50, 0.32, 0.18, 1.0), (0.80, 0.66, 0.46, 1.0)
-_SPOT, _SPARE = 0.062, 0.006
+_INWARDS, _SPARE = 0.062, 0.006
 """Metres behind the shelf's edge where a good is put, and above the shelf where it is let go."""
 _PLACES, _ROOM, _TALL = (0.0, 0.085, -0.085), 0.075, 0.032
 """Metres beside the shelf's middle where a good may go, the first choice first; how far others must be from it; half
@@ -81,9 +79,9 @@ class PutGroceriesInCupboard(Task):
         world.place("cupboard", cupboard)
         others = rng.permutation([index for index in range(len(GOODS)) if index != variation])
         shown, hidden = (variation, *others[: _SHOWN - 1]), others[_SHOWN - 1 :]
-        for index, spot in zip(shown, _spots(rng, cupboard), strict=True):
+        for index, position in zip(shown, _positions(rng, cupboard), strict=True):
             yaw = rng.uniform(-0.6, 0.6)
-            _stand(world, GOODS[index], (*spot, 0.0), yaw)
+            _stand(world, GOODS[index], (*position, 0.0), yaw)
         for place, index in enumerate(hidden):
             _stand(world, GOODS[index], (0.1 + 0.12 * place, 0.0, -0.75), 0.0)
 
@@ -97,7 +95,7 @@ class PutGroceriesInCupboard(Task):
         if self.good.body in held:
             return self._carry(world)
         wrong = [good for good in GOODS if good.body in held]
-        return [_release(world.tool, good) for good in wrong] + self._fetch(world)
+        return [release(world.tool, f"the {good.name}") for good in wrong] + self._fetch(world)
 
     def _inside(self, world: World) -> bool:
         """Whether the middle of the good is in the cupboard, at the height of one that rests on the shelf."""
@@ -137,12 +135,8 @@ class PutGroceriesInCupboard(Task):
     def _fetch(self, world: World) -> list[Waypoint]:
         """All steps, or those from the grasp on where the hand waits above the good."""
         grasp = self._grasp(world)
-        before = grasp.shifted(z=_ABOVE)
-        steps = [
-            Waypoint(before, True, False, instruct("move", "top", f"the {self.good.name}")),
-            Waypoint(grasp, False, True, instruct("grasp", f"the {self.good.name}")),
-        ]
-        return steps[waits_before(world, before) :] + self._bring(world, grasp, world.pose(self.good.body))
+        steps = grasping(world, grasp.shifted(z=_ABOVE), grasp, "top", f"the {self.good.name}")
+        return steps + self._bring(world, grasp, world.pose(self.good.body))
 
     def _free_place(self, world: World, half_height: float) -> float:
         """Metres beside the shelf's middle: the first place that no other good has taken.
@@ -153,7 +147,7 @@ class PutGroceriesInCupboard(Task):
             return _PLACES[0]
         others = np.array([world.pose(good.body).position for good in GOODS if good is not self.good])
         offsets = world.pose("cupboard").inverse().apply(others)
-        taken = offsets[(np.abs(offsets[:, 0] - _SPOT) < _ROOM) & (offsets[:, 2] > 0), 1]
+        taken = offsets[(np.abs(offsets[:, 0] - _INWARDS) < _ROOM) & (offsets[:, 2] > 0), 1]
         return next((place for place in _PLACES if (np.abs(taken - place) > _ROOM).all()), _PLACES[0])
 
     def _bring(self, world: World, tool: Pose, good: Pose) -> list[Waypoint]:
@@ -163,15 +157,17 @@ class PutGroceriesInCupboard(Task):
         cupboard = world.pose("cupboard")
         hand = Pose(np.zeros(3), top_down(float(cupboard.rotation.as_euler("zyx")[0])))
         half = self.good.half_extent((hand @ held).rotation.as_matrix()[2])
-        spot = np.array((_SPOT, self._free_place(world, half), _SHELF + _SPARE + half))
-        placed = Pose(cupboard.apply(spot) - hand.apply(held.position), hand.quaternion)
-        front = Pose(cupboard.apply(spot + (-_SPOT - _BEFORE, 0, _OVER)) - hand.apply(held.position), hand.quaternion)
+        position = np.array((_INWARDS, self._free_place(world, half), _SHELF + _SPARE + half))
+        placed = Pose(cupboard.apply(position) - hand.apply(held.position), hand.quaternion)
+        front = Pose(
+            cupboard.apply(position + (-_INWARDS - _BEFORE, 0, _OVER)) - hand.apply(held.position), hand.quaternion
+        )
         raised = Pose(np.array((*tool.position[:2], _CARRY)), top_down(yaw))
         return [
             Waypoint(raised, False, True, instruct("raise")),
             Waypoint(front, False, False, instruct("move", "front", "the cupboard")),
             Waypoint(placed, False, True, instruct("place", f"the {self.good.name}", "the shelf")),
-            _release(placed, self.good),
+            release(placed, f"the {self.good.name}"),
         ]
 
     def _carry(self, world: World) -> list[Waypoint]:
@@ -187,30 +183,30 @@ class PutGroceriesInCupboard(Task):
         return steps[1:] if tool.position[2] > _CARRY - 0.04 else steps
 
 
-def _release(pose: Pose, good: Good) -> Waypoint:
-    return Waypoint(pose, True, True, instruct("release", f"the {good.name}"))
-
-
-def _stand(world: World, good: Good, spot: tuple[float, float, float], yaw: float) -> None:
-    centre = np.add(spot, (0, 0, good.size[2]))
+def _stand(world: World, good: Good, position: tuple[float, float, float], yaw: float) -> None:
+    centre = np.add(position, (0, 0, good.size[2]))
     world.place(good.body, Pose(centre, Rotation.from_euler("z", yaw).as_quat()))
 
 
-def _spots(rng: np.random.Generator, cupboard: Pose) -> np.ndarray:
-    """(_SHOWN, 2) places of the goods, added one by one and begun again where one finds no room."""
-    return draw_until_it_fits(lambda: _draw_spots(rng, cupboard), "a cupboard and its groceries")
+def _positions(rng: np.random.Generator, cupboard: Pose) -> np.ndarray:
+    """(_SHOWN, 2) positions of the goods, added one by one and begun again where one finds no room."""
+    return draw_until_it_fits(lambda: _draw_positions(rng, cupboard), "a cupboard and its groceries")
 
 
-def _draw_spots(rng: np.random.Generator, cupboard: Pose) -> np.ndarray | None:
-    spots: list[np.ndarray] = []
+def _draw_positions(rng: np.random.Generator, cupboard: Pose) -> np.ndarray | None:
+    positions: list[np.ndarray] = []
     for _ in range(200):
-        spot = np.array((rng.uniform(*_X), rng.uniform(*_Y)))
-        x, y, _ = cupboard.inverse().apply(np.array((*spot, 0.0)))
+        position = np.array((rng.uniform(*_X), rng.uniform(*_Y)))
+        x, y, _ = cupboard.inverse().apply(np.array((*position, 0.0)))
         clear = x < -_FRONT_GAP or abs(y) > _SIDE_GAP
-        if clear and _REACH[0] < np.hypot(*spot) < _REACH[1] and all(np.hypot(*(spot - s)) > _GAP for s in spots):
-            spots.append(spot)
-        if len(spots) == _SHOWN:
-            return rng.permutation(np.array(spots))
+        if (
+            clear
+            and _REACH[0] < np.hypot(*position) < _REACH[1]
+            and all(np.hypot(*(position - s)) > _GAP for s in positions)
+        ):
+            positions.append(position)
+        if len(positions) == _SHOWN:
+            return rng.permutation(np.array(positions))
     return None
 
 

@@ -6,7 +6,7 @@ wrong way round and must be turned end for end. All three are there in every sce
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import mujoco
 import numpy as np
@@ -24,12 +24,10 @@ from lerobot_llakey.sim.objects.wine import (
     on_beam,
     slot_y,
 )
-from lerobot_llakey.sim.objects.wine_places import LYING_GRIP, SIDE, draw_places
+from lerobot_llakey.sim.objects.wine_placements import LYING_GRIP, SIDE, draw_placements
 from lerobot_llakey.sim.tasks.base import Task, Waypoint
-from lerobot_llakey.sim.tasks.waiting import waits_before
-
-if TYPE_CHECKING:
-    from lerobot_llakey.sim.world import World
+from lerobot_llakey.sim.tasks.grasping import grasping, release
+from lerobot_llakey.sim.world import World
 
 BOTTLES = {"red": (0.75, 0.06, 0.10, 1.0), "green": (0.07, 0.50, 0.17, 1.0), "yellow": (0.95, 0.78, 0.12, 1.0)}
 _UPRIGHT_GRIP, _OTHER_GRIPS = 0.095, (0.045, 0.100, 0.020)
@@ -77,7 +75,7 @@ class StackWine(Task):
         self.sequence, slot = divmod(variation, len(SLOTS))
         self.colour, self.slot = tuple(BOTTLES)[self.sequence], SLOTS[slot]
         self.description = f"stack the {self.colour} wine bottle to the {self.slot} of the rack"
-        for body, pose in zip(("rack", *BOTTLES), draw_places(world.rng), strict=True):
+        for body, pose in zip(("rack", *BOTTLES), draw_placements(world.rng), strict=True):
             world.place(body, pose)
 
     def success(self, world: World) -> bool:
@@ -91,12 +89,12 @@ class StackWine(Task):
             return []
         tool, bottle = world.tool, world.pose(self.colour)
         held = world.held_bodies() & set(BOTTLES)
-        wrong = [_release(tool, colour) for colour in sorted(held - {self.colour})]
+        wrong = [release(tool, f"the {colour} wine bottle") for colour in sorted(held - {self.colour})]
         if self.colour not in held:
             fetch, grasp = self._fetch(world, bottle)
             return wrong + fetch + self._bring(world, grasp, bottle)
         if abs((tool.inverse() @ bottle).rotation.as_matrix()[2, 2]) > _HANGS:
-            return [*wrong, _release(tool, self.colour)]
+            return [*wrong, release(tool, self._thing)]
         return wrong + self._bring(world, tool, bottle)
 
     @property
@@ -120,11 +118,7 @@ class StackWine(Task):
             clear = (grasp for grasp in grasps if not on_beam(to_rack.apply(grasp.apply(_FINGERS))))
             grasp = next(clear, grasps[0])
             before, side = grasp.shifted(z=_ABOVE), "top"
-        waypoints = [
-            Waypoint(before, True, False, instruct("move", side, self._thing)),
-            Waypoint(grasp, False, True, instruct("grasp", self._thing)),
-        ]
-        return waypoints[waits_before(world, before) :], grasp
+        return grasping(world, before, grasp, side, self._thing), grasp
 
     def _bring(self, world: World, tool: Pose, bottle: Pose) -> list[Waypoint]:
         """Up, turned as it must lie, above the slot, down into it, let go; for a bottle in a hand at ``tool``."""
@@ -143,29 +137,25 @@ class StackWine(Task):
             if tool.position[2] < _CARRY - _LOW:
                 tool = _at_carry(tool)
                 steps.append(Waypoint(tool, False, True, instruct("raise")))
-            spot, hand = np.array((*tool.position[:2], _CARRY)), tool.rotation
+            position, hand = np.array((*tool.position[:2], _CARRY)), tool.rotation
             if abs(bottle.rotation.as_matrix()[2, 2]) > _STANDS:
                 hand = _levelled(grip, sign, heading)
-                steps.append(self._turn(Pose(spot, hand.as_quat()), "the lying pose"))
+                steps.append(self._turn(Pose(position, hand.as_quat()), "the lying pose"))
             left = final - _yaw(hand)
             if abs(left) > _FAR_TURN:
                 left = np.copysign(np.pi / 2, left)
                 crosswise = _levelled(grip, sign, final - left)
-                steps.append(self._turn(Pose(spot, crosswise.as_quat()), "the crosswise direction"))
+                steps.append(self._turn(Pose(position, crosswise.as_quat()), "the crosswise direction"))
             if abs(left) > _TURN:
-                steps.append(self._turn(Pose(spot, level.as_quat()), "the rack direction"))
+                steps.append(self._turn(Pose(position, level.as_quat()), "the rack direction"))
             steps.append(Waypoint(above, False, False, instruct("move", "top", f"the {self.slot} slot")))
         place = Waypoint(put, False, True, instruct("place", self._thing, f"the {self.slot} slot"))
-        release = _release(put, self.colour)
+        let_go = release(put, self._thing)
         distance, angle = tool.distance(put)
-        return [*steps, release] if distance < _PUT and angle < _TURNED else [*steps, place, release]
+        return [*steps, let_go] if distance < _PUT and angle < _TURNED else [*steps, place, let_go]
 
     def _turn(self, pose: Pose, direction: str) -> Waypoint:
         return Waypoint(pose, False, False, instruct("rotate", self._thing, direction))
-
-
-def _release(tool: Pose, colour: str) -> Waypoint:
-    return Waypoint(tool, True, True, instruct("release", f"the {colour} wine bottle"))
 
 
 def _along(length: float) -> np.ndarray:

@@ -20,8 +20,8 @@ from lerobot_llakey.sim.objects.bulb import (
     glass_middle,
     glass_profile,
 )
+from lerobot_llakey.sim.objects.screw_thread import ScrewThread
 from lerobot_llakey.sim.scene import base_spec
-from lerobot_llakey.sim.thread import Thread
 
 SEAT = 0.02
 SOCKET = np.array((0.5, 0.2, 0.0))
@@ -35,7 +35,7 @@ def model() -> mujoco.MjModel:
         add_bulb(spec, name, (1, 1, 1, 1), (1, 0, 0, 1))
     socket = spec.worldbody.add_body(name="socket", pos=SOCKET)
     add_socket(socket, SEAT)
-    add_thread(spec, Thread("thread", "bulb", TRAVEL, 1.8), socket, SEAT)
+    add_thread(spec, ScrewThread("thread", "bulb", TRAVEL, 1.8), socket, SEAT)
     return spec.compile()
 
 

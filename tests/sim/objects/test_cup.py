@@ -7,6 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from lerobot_llakey.geometry import Pose, top_down
 from lerobot_llakey.sim.objects.cup import CUP_HEIGHT, CUP_RADIUS, CUP_WALL, add_cup
+from lerobot_llakey.sim.simulation import Simulation
 from lerobot_llakey.sim.tasks.base import Task, Waypoint
 from lerobot_llakey.sim.world import World
 
@@ -31,14 +32,15 @@ class OneCup(Task):
 
 
 @pytest.fixture(scope="module")
-def world() -> World:
-    return World(OneCup())
+def simulation() -> Simulation:
+    return Simulation(OneCup())
 
 
-def stand(world: World, height: float, rotation: Rotation) -> None:
-    world.reset(0)
+def stand(simulation: Simulation, height: float, rotation: Rotation) -> None:
+    world = simulation.world
+    simulation.reset(0)
     world.place("cup", Pose(SPOT + (0, 0, height), rotation.as_quat()))
-    world.advance(1.0)
+    simulation.clock.advance(1.0)
 
 
 def up(world: World) -> float:
@@ -46,39 +48,43 @@ def up(world: World) -> float:
 
 
 @pytest.mark.parametrize(("height", "turn", "upright"), [(0.001, 0.0, 1.0), (CUP_HEIGHT + 0.001, np.pi, -1.0)])
-def test_it_stands_either_way_up(world: World, height: float, turn: float, upright: float) -> None:
-    stand(world, height, Rotation.from_euler("x", turn))
+def test_it_stands_either_way_up(simulation: Simulation, height: float, turn: float, upright: float) -> None:
+    world = simulation.world
+    stand(simulation, height, Rotation.from_euler("x", turn))
     assert up(world) == pytest.approx(upright, abs=1e-3)
     assert np.linalg.norm(world.pose("cup").position[:2] - SPOT[:2]) < 0.002
 
 
 @pytest.mark.parametrize("leaning", [0.25, 0.75])
-def test_a_leaning_cup_stands_up_or_falls_over(world: World, leaning: float) -> None:
-    stand(world, CUP_RADIUS * np.sin(leaning) + 0.001, Rotation.from_euler("y", leaning))
+def test_a_leaning_cup_stands_up_or_falls_over(simulation: Simulation, leaning: float) -> None:
+    world = simulation.world
+    stand(simulation, CUP_RADIUS * np.sin(leaning) + 0.001, Rotation.from_euler("y", leaning))
     assert up(world) > 0.99 if leaning < 0.4 else abs(up(world)) < 0.05
 
 
-def test_a_lying_cup_that_is_pushed_stops_rolling(world: World) -> None:
-    stand(world, CUP_RADIUS + 0.001, Rotation.from_euler("y", np.pi / 2))
+def test_a_lying_cup_that_is_pushed_stops_rolling(simulation: Simulation) -> None:
+    world = simulation.world
+    stand(simulation, CUP_RADIUS + 0.001, Rotation.from_euler("y", np.pi / 2))
     before = world.pose("cup").position
     address = int(world.model.joint(world.model.body("cup").jntadr[0]).dofadr[0])
     world.data.qvel[address + 1] = 0.15
-    world.advance(1.5)
+    simulation.clock.advance(1.5)
     assert np.linalg.norm(world.pose("cup").position - before) < 0.12
     assert np.abs(world.data.qvel[address : address + 6]).max() < 0.01
 
 
 @pytest.mark.parametrize("yaw", np.deg2rad((0.0, 7.0, 15.0, 22.0)))
-def test_it_is_clamped_by_its_wall_and_let_go_where_it_was(world: World, yaw: float) -> None:
-    stand(world, 0.001, Rotation.from_euler("z", yaw))
+def test_it_is_clamped_by_its_wall_and_let_go_where_it_was(simulation: Simulation, yaw: float) -> None:
+    world = simulation.world
+    stand(simulation, 0.001, Rotation.from_euler("z", yaw))
     before = world.pose("cup").position
     grasp = Pose(SPOT + (0, -CUP_RADIUS + CUP_WALL / 2, CUP_HEIGHT - 0.013), top_down())
     for pose, opened in ((grasp.shifted(z=0.1), True), (grasp, False)):
-        world.motion.execute(pose, opened, True)
+        simulation.motion.execute(pose, opened, True)
     assert world.holds("cup")
-    world.motion.execute(grasp.shifted(z=0.08), False, True)
+    simulation.motion.execute(grasp.shifted(z=0.08), False, True)
     assert world.pose("cup").position[2] > 0.07
-    world.motion.execute(grasp.shifted(z=0.003), False, True)
-    world.motion.execute(world.tool, True, True)
+    simulation.motion.execute(grasp.shifted(z=0.003), False, True)
+    simulation.motion.execute(world.tool, True, True)
     assert not world.holds("cup") and up(world) > 0.999
     assert np.linalg.norm(world.pose("cup").position - before) < 0.008

@@ -7,13 +7,14 @@ import pytest
 from lerobot_llakey.geometry import Pose
 from lerobot_llakey.sim.objects.bulb import GLASS_HEIGHT
 from lerobot_llakey.sim.objects.lamp import HOLDER_HEIGHT, SEAT, paint_holder, switch
+from lerobot_llakey.sim.simulation import Simulation
 from lerobot_llakey.sim.tasks.light_bulb_in import LightBulbIn
 from lerobot_llakey.sim.world import World
 
 
 @pytest.fixture(scope="module")
-def world() -> World:
-    return World(LightBulbIn())
+def simulation() -> Simulation:
+    return Simulation(LightBulbIn())
 
 
 def light_height(world: World) -> float:
@@ -27,8 +28,9 @@ def _is_light(world: World, geom: int) -> bool:
     return bool(world.model.geom_bodyid[geom] == world.model.body("lamp_light").id)
 
 
-def test_the_light_covers_the_glass_when_on_and_is_below_the_table_when_off(world: World) -> None:
-    world.reset(0)
+def test_the_light_covers_the_glass_when_on_and_is_below_the_table_when_off(simulation: Simulation) -> None:
+    world = simulation.world
+    simulation.reset(0)
     assert light_height(world) < -0.3
     switch(world, "lamp", True)
     assert 0.0 < light_height(world) < 0.02
@@ -36,24 +38,27 @@ def test_the_light_covers_the_glass_when_on_and_is_below_the_table_when_off(worl
     assert light_height(world) < -0.3
 
 
-def test_reset_switches_the_light_off(world: World) -> None:
-    world.reset(0)
+def test_reset_switches_the_light_off(simulation: Simulation) -> None:
+    world = simulation.world
+    simulation.reset(0)
     switch(world, "lamp", True)
-    world.reset(0)
+    simulation.reset(0)
     assert light_height(world) < -0.3
 
 
-def test_a_holder_keeps_its_bulb_from_sliding(world: World) -> None:
-    world.reset(1)
+def test_a_holder_keeps_its_bulb_from_sliding(simulation: Simulation) -> None:
+    world = simulation.world
+    simulation.reset(1)
     holder = world.pose("holder").position
     world.place("bulb", Pose(holder + (0.012, 0.0, HOLDER_HEIGHT)))
-    world.advance(0.5)
+    simulation.clock.advance(0.5)
     assert np.linalg.norm(world.pose("bulb").position[:2] - holder[:2]) < 0.016
     assert world.pose("bulb").position[2] < 0.005
 
 
-def test_paint_colours_all_of_a_holder(world: World) -> None:
-    world.reset(1)
+def test_paint_colours_all_of_a_holder(simulation: Simulation) -> None:
+    world = simulation.world
+    simulation.reset(1)
     paint_holder(world, "holder", (0.1, 0.2, 0.3))
     colours = [world.model.geom(f"holder_{index}").rgba[:3] for index in range(4)]
     assert np.allclose(colours, (0.1, 0.2, 0.3))

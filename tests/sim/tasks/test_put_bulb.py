@@ -7,8 +7,8 @@ from scipy.spatial.transform import Rotation
 from lerobot_llakey.geometry import Pose, top_down
 from lerobot_llakey.instructions import parse
 from lerobot_llakey.sim.expert import demonstrate
+from lerobot_llakey.sim.simulation import Simulation
 from lerobot_llakey.sim.tasks.put_bulb import LOOSE, SCREWED, PutBulb
-from lerobot_llakey.sim.world import World
 
 COLOURS = ("red", "yellow", "blue", "green", "white")
 STAGES = {
@@ -19,51 +19,54 @@ RED_PURPLE, BLUE_PURPLE, WHITE_ORANGE = 0, 4, 9
 
 
 @pytest.fixture(scope="module")
-def world() -> World:
-    return World(PutBulb())
+def simulation() -> Simulation:
+    return Simulation(PutBulb())
 
 
-def task_of(world: World) -> PutBulb:
-    assert isinstance(world.task, PutBulb)
-    return world.task
+def task_of(simulation: Simulation) -> PutBulb:
+    assert isinstance(simulation.task, PutBulb)
+    return simulation.task
 
 
-def act(world: World, steps: int) -> None:
+def act(simulation: Simulation, steps: int) -> None:
     """Let the expert take some actions."""
-    for _, step in zip(range(steps), demonstrate(world), strict=False):
+    for _, step in zip(range(steps), demonstrate(simulation), strict=False):
         assert step.failure == ""
 
 
-def templates(world: World) -> list[str]:
+def templates(simulation: Simulation) -> list[str]:
     """Let the expert finish, and tell what it did."""
-    steps = list(demonstrate(world))
-    assert steps[-1].success and world.task.plan(world) == []
+    steps = list(demonstrate(simulation))
+    assert steps[-1].success and simulation.plan() == []
     return [parse(step.waypoint.instruction).template for step in steps]
 
 
-def take(world: World, bulb: str, yaw: float) -> None:
+def take(simulation: Simulation, bulb: str, yaw: float) -> None:
+    world = simulation.world
     grasp = Pose(world.pose(bulb).position, top_down(yaw)).shifted(z=0.06)
-    world.motion.execute(grasp.shifted(z=0.1), True, True)
-    world.motion.execute(grasp, False, True)
+    simulation.motion.execute(grasp.shifted(z=0.1), True, True)
+    simulation.motion.execute(grasp, False, True)
 
 
 @pytest.mark.parametrize("variation", range(10))
-def test_expert_puts_each_bulb_in_each_box(world: World, variation: int) -> None:
-    world.reset(variation, variation)
+def test_expert_puts_each_bulb_in_each_box(simulation: Simulation, variation: int) -> None:
+    world = simulation.world
+    simulation.reset(variation, variation)
     colour, box = COLOURS[variation // 2], ("purple", "orange")[variation % 2]
-    assert world.task.description == f"put the {colour} light bulb in the {box} box"
-    assert world.task.sequence == (SCREWED if colour in ("red", "yellow") else LOOSE)
-    assert not world.task.success(world)
+    assert simulation.task.description == f"put the {colour} light bulb in the {box} box"
+    assert simulation.task.sequence == (SCREWED if colour in ("red", "yellow") else LOOSE)
+    assert not simulation.success()
     others = {other: world.pose(f"{other}_bulb") for other in COLOURS if other != colour}
-    planned = [parse(waypoint.instruction).template for waypoint in world.task.plan(world)]
-    assert templates(world) == planned == STAGES[world.task.sequence]
+    planned = [parse(waypoint.instruction).template for waypoint in simulation.plan()]
+    assert templates(simulation) == planned == STAGES[simulation.task.sequence]
     for other, before in others.items():
         assert np.linalg.norm(world.pose(f"{other}_bulb").position - before.position) < 0.005
 
 
-def test_screwed_bulbs_stand_higher_and_nothing_overlaps(world: World) -> None:
+def test_screwed_bulbs_stand_higher_and_nothing_overlaps(simulation: Simulation) -> None:
+    world = simulation.world
     for seed in range(10):
-        world.reset(seed)
+        simulation.reset(seed)
         poses = {colour: world.pose(f"{colour}_bulb") for colour in COLOURS}
         heights = {colour: pose.position[2] for colour, pose in poses.items()}
         assert all((heights[colour] > 0.015) == (colour in ("red", "yellow")) for colour in COLOURS)
@@ -76,90 +79,98 @@ def test_screwed_bulbs_stand_higher_and_nothing_overlaps(world: World) -> None:
         assert np.abs(places[:, None] - boxes[None]).max(axis=2).min() > 0.09
 
 
-def test_a_screwed_bulb_cannot_be_pulled_out(world: World) -> None:
-    world.reset(0, RED_PURPLE)
-    act(world, 2)
+def test_a_screwed_bulb_cannot_be_pulled_out(simulation: Simulation) -> None:
+    world = simulation.world
+    simulation.reset(0, RED_PURPLE)
+    act(simulation, 2)
     assert world.holds("red_bulb")
     height = world.pose("red_bulb").position[2]
-    world.motion.execute(world.tool.shifted(z=0.05), False, True)
+    simulation.motion.execute(world.tool.shifted(z=0.05), False, True)
     assert world.pose("red_bulb").position[2] - height < 0.003
-    assert templates(world)[-3:] == ["raise", "move", "release"]
+    assert templates(simulation)[-3:] == ["raise", "move", "release"]
 
 
-def test_a_bulb_unscrewed_already_is_just_taken(world: World) -> None:
-    world.reset(1, RED_PURPLE)
-    act(world, 3)
-    world.motion.execute(world.tool, True, True)
+def test_a_bulb_unscrewed_already_is_just_taken(simulation: Simulation) -> None:
+    world = simulation.world
+    simulation.reset(1, RED_PURPLE)
+    act(simulation, 3)
+    simulation.motion.execute(world.tool, True, True)
     assert world.pose("red_bulb").position[2] > 0.02
-    assert templates(world) == STAGES[LOOSE]
+    assert templates(simulation) == STAGES[LOOSE]
 
 
-def test_a_half_unscrewed_bulb_is_screwed_out(world: World) -> None:
-    world.reset(2, RED_PURPLE)
-    act(world, 2)
-    out = world.task.plan(world)[0].pose
-    world.motion.execute(Pose(out.position, top_down(0.0)), False, True)
-    world.motion.execute(world.tool, True, True)
-    assert templates(world) == STAGES[SCREWED]
+def test_a_half_unscrewed_bulb_is_screwed_out(simulation: Simulation) -> None:
+    world = simulation.world
+    simulation.reset(2, RED_PURPLE)
+    act(simulation, 2)
+    out = simulation.plan()[0].pose
+    simulation.motion.execute(Pose(out.position, top_down(0.0)), False, True)
+    simulation.motion.execute(world.tool, True, True)
+    assert templates(simulation) == STAGES[SCREWED]
 
 
-def test_only_the_asked_bulb_inside_the_asked_box_counts(world: World) -> None:
-    world.reset(3, BLUE_PURPLE)
+def test_only_the_asked_bulb_inside_the_asked_box_counts(simulation: Simulation) -> None:
+    world = simulation.world
+    simulation.reset(3, BLUE_PURPLE)
     purple, orange = (world.pose(f"{box}_box").position for box in ("purple", "orange"))
     home = world.pose("blue_bulb")
-    for bulb, spot, done in (
+    for bulb, position, done in (
         ("green", purple, False),
         ("blue", orange, False),
         ("blue", purple + (0.02, 0.02, 0.0), True),
         ("blue", purple + (0.0, 0.1, 0.0), False),
     ):
         world.place("blue_bulb", home)
-        world.place(f"{bulb}_bulb", Pose(spot + (0, 0, 0.006)))
+        world.place(f"{bulb}_bulb", Pose(position + (0, 0, 0.006)))
         world.place("green_bulb", Pose(np.array((0.3, 0.0, 0.0)))) if bulb == "blue" else None
-        world.advance(0.3)
-        assert world.task.success(world) == done, (bulb, spot)
+        simulation.clock.advance(0.3)
+        assert simulation.success() == done, (bulb, position)
 
 
-def test_a_bulb_above_its_box_in_the_hand_is_no_success(world: World) -> None:
-    world.reset(4, WHITE_ORANGE)
-    act(world, 4)
-    assert world.holds("white_bulb") and not world.task.success(world)
-    assert [parse(waypoint.instruction).template for waypoint in world.task.plan(world)] == ["release"]
+def test_a_bulb_above_its_box_in_the_hand_is_no_success(simulation: Simulation) -> None:
+    world = simulation.world
+    simulation.reset(4, WHITE_ORANGE)
+    act(simulation, 4)
+    assert world.holds("white_bulb") and not simulation.success()
+    assert [parse(waypoint.instruction).template for waypoint in simulation.plan()] == ["release"]
 
 
-def test_expert_takes_a_bulb_out_of_the_wrong_box(world: World) -> None:
-    world.reset(5, BLUE_PURPLE)
-    spot = world.pose("orange_box").position + (0.03, 0.03, 0.02)
-    world.place("blue_bulb", Pose(spot, Rotation.from_euler("y", 0.6).as_quat()))
-    world.advance(1.0)
-    assert templates(world) == STAGES[LOOSE]
+def test_expert_takes_a_bulb_out_of_the_wrong_box(simulation: Simulation) -> None:
+    world = simulation.world
+    simulation.reset(5, BLUE_PURPLE)
+    position = world.pose("orange_box").position + (0.03, 0.03, 0.02)
+    world.place("blue_bulb", Pose(position, Rotation.from_euler("y", 0.6).as_quat()))
+    simulation.clock.advance(1.0)
+    assert templates(simulation) == STAGES[LOOSE]
 
 
-def test_the_wrong_bulb_is_let_go(world: World) -> None:
-    world.reset(6, BLUE_PURPLE)
-    take(world, "green_bulb", np.deg2rad(55))
+def test_the_wrong_bulb_is_let_go(simulation: Simulation) -> None:
+    world = simulation.world
+    simulation.reset(6, BLUE_PURPLE)
+    take(simulation, "green_bulb", np.deg2rad(55))
     assert world.holds("green_bulb")
-    assert world.task.plan(world)[0].instruction == "release the green light bulb"
-    assert templates(world) == ["release", *STAGES[LOOSE]]
+    assert simulation.plan()[0].instruction == "release the green light bulb"
+    assert templates(simulation) == ["release", *STAGES[LOOSE]]
 
 
 @pytest.mark.parametrize(
     ("kind", "variation"),
     [("drop", WHITE_ORANGE), ("block", RED_PURPLE), ("shift", WHITE_ORANGE), ("empty_grasp", RED_PURPLE)],
 )
-def test_expert_recovers(world: World, kind: str, variation: int) -> None:
-    world.reset(7, variation, disturbance=kind)
-    assert list(demonstrate(world))[-1].success
-    assert world.disturbance is not None and world.disturbance.struck
+def test_expert_recovers(simulation: Simulation, kind: str, variation: int) -> None:
+    simulation.reset(7, variation, disturbance=kind)
+    assert list(demonstrate(simulation))[-1].success
+    assert simulation.perturbation is not None and simulation.perturbation.struck
 
 
-def test_a_bulb_lifted_out_of_its_socket_is_not_caught_by_the_thread(world: World) -> None:
+def test_a_bulb_lifted_out_of_its_socket_is_not_caught_by_the_thread(simulation: Simulation) -> None:
     """Here the bulb turns a little as it leaves the socket."""
-    world.reset(52, 2)
-    act(world, 4)
+    world = simulation.world
+    simulation.reset(52, 2)
+    act(simulation, 4)
     assert world.holds("yellow_bulb") and world.pose("yellow_bulb").position[2] > 0.1
 
 
-def test_the_way_to_the_box_leads_above_the_screwed_bulbs(world: World) -> None:
-    world.reset(93, 3)
-    assert templates(world) == STAGES[SCREWED]
+def test_the_way_to_the_box_leads_above_the_screwed_bulbs(simulation: Simulation) -> None:
+    simulation.reset(93, 3)
+    assert templates(simulation) == STAGES[SCREWED]

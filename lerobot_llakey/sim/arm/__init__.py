@@ -1,0 +1,1 @@
+"""The arm: its model, kinematics, paths, and how it holds things."""
