@@ -67,18 +67,8 @@ class LlakeySimEnv(gym.Env):
         detailed: bool = False,
         disturbance: str = "",
     ) -> None:
-        check_settings(
-            "",
-            task,
-            split,
-            image_size,
-            episode_length,
-            oracle_instructions,
-            render_size,
-            render_fps,
-            detailed,
-            disturbance,
-        )
+        watching = (render_size, render_fps, detailed)
+        check_settings("", task, split, image_size, episode_length, oracle_instructions, *watching, disturbance)
         self._task = make_task(task)
         self.task, self.split = self._task.name, split
         self.render_mode = "rgb_array"
