@@ -152,9 +152,7 @@ class LlakeySimEnv(gym.Env):
         target = Pose(action[schema.POSITION], action[schema.QUATERNION])
         simulation, failure = self.simulation, ""
         try:
-            self.simulation.act(
-                target, bool(action[schema.GRIPPER] > _HALF), bool(action[schema.IGNORE_COLLISION] > _HALF)
-            )
+            simulation.act(target, bool(action[schema.GRIPPER] > _HALF), bool(action[schema.IGNORE_COLLISION] > _HALF))
         except PlanningError as error:
             failure = error.reason
         if warnings := simulation.clock.warnings():
