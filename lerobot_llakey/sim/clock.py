@@ -26,14 +26,10 @@ class Clock:
         self._observer_steps = 1
         self._steps = 0
 
-    def reset(self) -> None:
-        """Start counting the steps to the next observation anew."""
-        self._steps = 0
-
     def observe(self, callback: Callable[[], None] | None, fps: float = 10.0) -> None:
         """Call ``callback`` at ``fps`` simulated frames a second from now on; None stops it."""
         self._observer, self._observer_steps = callback, max(1, round(1 / (fps * self.timestep)))
-        self.reset()
+        self._steps = 0
 
     @contextmanager
     def unobserved(self) -> Iterator[None]:

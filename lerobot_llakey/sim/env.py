@@ -69,18 +69,8 @@ class LlakeySimEnv(gym.Env):
         detailed: bool = False,
         disturbance: str = "",
     ) -> None:
-        check_settings(
-            "",
-            task,
-            split,
-            image_size,
-            episode_length,
-            oracle_instructions,
-            render_size,
-            render_fps,
-            detailed,
-            disturbance,
-        )
+        watching = (render_size, render_fps, detailed)
+        check_settings("", task, split, image_size, episode_length, oracle_instructions, *watching, disturbance)
         self._task = make_task(task)
         self.task, self.split = self._task.name, split
         self.render_mode = "rgb_array"
@@ -166,9 +156,7 @@ class LlakeySimEnv(gym.Env):
         target = Pose(action[schema.POSITION], action[schema.QUATERNION])
         simulation, failure = self.simulation, ""
         try:
-            self.simulation.act(
-                target, bool(action[schema.GRIPPER] > _HALF), bool(action[schema.IGNORE_COLLISION] > _HALF)
-            )
+            simulation.act(target, bool(action[schema.GRIPPER] > _HALF), bool(action[schema.IGNORE_COLLISION] > _HALF))
         except PlanningError as error:
             failure = error.reason
         if warnings := simulation.clock.warnings():

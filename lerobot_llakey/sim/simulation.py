@@ -79,7 +79,6 @@ class Simulation:
         world.robot.set_joints(world.data, HOME_JOINTS)
         self.task.reset(world, drawn if variation is None else int(variation))
         mujoco.mj_forward(world.model, world.data)
-        self.clock.reset()
         self.clock.advance(_SETTLE_SECONDS)
 
     def plan(self) -> list[Waypoint]:

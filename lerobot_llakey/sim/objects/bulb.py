@@ -9,7 +9,7 @@ from lerobot_llakey.geometry import Pose
 from lerobot_llakey.sim.arm.panda import ARM_CONTYPE
 from lerobot_llakey.sim.mujoco_poses import about_z
 from lerobot_llakey.sim.objects.meshes import add_mesh, revolve
-from lerobot_llakey.sim.objects.screw_thread import FIRM, THREAD_BIT, ScrewThread
+from lerobot_llakey.sim.objects.screw_thread import FIRM, THREAD_BIT
 
 Rgba = tuple[float, float, float, float]
 
@@ -117,11 +117,6 @@ def add_socket(host: mujoco.MjsBody, height: float) -> None:
             friction=(0.2, 0.005, 0.0001),
             **FIRM,
         )
-
-
-def add_thread(spec: mujoco.MjSpec, thread: ScrewThread, host: mujoco.MjsBody, height: float) -> None:
-    """Add the thread between a bulb and a socket at a height, as in :func:`add_socket`."""
-    thread.add(spec, host, (0, 0, height + TRAVEL), 0.0)
 
 
 def glass_middle(bulb: Pose) -> np.ndarray:

@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from lerobot_llakey.sim.objects.screw_thread import FIRM
-
-Colour = tuple[float, float, float]
+from lerobot_llakey.sim.world import Colour
 
 _MASS = 0.1
 _PROUD = 0.0006

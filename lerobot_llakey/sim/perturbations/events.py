@@ -10,6 +10,8 @@ from lerobot_llakey.sim.arm.planning import PlanningError
 from lerobot_llakey.sim.perturbations.snapshot import Snapshot
 from lerobot_llakey.sim.simulation import Simulation
 
+Action = tuple[Pose, bool, bool]
+"""Target, gripper open, and ignore collision of a keyframe action."""
 EVENTS = ("drop", "block", "shift", "empty_grasp")
 """Kinds of unforeseen events: (a), (b), (c) and (d) of Figure 6."""
 _SHORTEST_CARRY = 0.05
@@ -50,16 +52,16 @@ class Event:
 
     def execute(self, simulation: Simulation, target: Pose, gripper_open: bool, ignore_collision: bool) -> None:
         """Carry out one keyframe action, with the event if this is its moment."""
-        self.time = None
-        if not self.struck and self._fits(simulation, target, gripper_open):
+        self.time, action = None, (target, gripper_open, ignore_collision)
+        if not self.struck and self._fits(simulation, *action):
             before = Snapshot.take(simulation)
             for _ in range(_TRIES):
-                if self._rehearse(simulation, before, target, gripper_open, ignore_collision):
+                if self._rehearse(simulation, before, action):
                     self.struck = True
                     return
-        simulation.motion.execute(target, gripper_open, ignore_collision)
+        simulation.motion.execute(*action)
 
-    def _fits(self, simulation: Simulation, target: Pose, gripper_open: bool) -> bool:
+    def _fits(self, simulation: Simulation, target: Pose, gripper_open: bool, _: bool) -> bool:
         """Whether this action is one at which the event is to strike."""
         if self.kind != "drop":
             return not gripper_open and not simulation.world.gripper_closed
@@ -81,29 +83,25 @@ class Event:
                 break
         return max(1, count)
 
-    def _rehearse(
-        self, simulation: Simulation, before: Snapshot, target: Pose, gripper_open: bool, ignore_collision: bool
-    ) -> bool:
+    def _rehearse(self, simulation: Simulation, before: Snapshot, action: Action) -> bool:
         """Try an event unseen; where the task can still be solved, do the same again in front of the cameras."""
         seed = int(self.rng.integers(2**63))
         # From the restored moment both times: the solver's warm start is a part of what decides how things fall.
         before.restore(simulation)
         with simulation.clock.unobserved():
             try:
-                self._act(simulation, np.random.default_rng(seed), target, gripper_open, ignore_collision)
+                self._act(simulation, np.random.default_rng(seed), action)
                 good = not simulation.world.held_bodies() and _solvable(simulation)
             except PlanningError:
                 good = False
         self.time = None
         before.restore(simulation)
         if good:
-            self._act(simulation, np.random.default_rng(seed), target, gripper_open, ignore_collision)
+            self._act(simulation, np.random.default_rng(seed), action)
         return good
 
-    def _drop(
-        self, simulation: Simulation, rng: np.random.Generator, target: Pose, gripper_open: bool, ignore_collision: bool
-    ) -> None:
-        motion = simulation.motion
+    def _drop(self, simulation: Simulation, rng: np.random.Generator, action: Action) -> None:
+        motion, (target, gripper_open, ignore_collision) = simulation.motion, action
         path = motion.plan(target, ignore_collision)
         first, rest = _split(path, rng.uniform(*_FALL))
         motion.follow(first)
@@ -114,23 +112,20 @@ class Event:
         motion.set_gripper(gripper_open)
         motion.rest()
 
-    def _empty_grasp(
-        self, simulation: Simulation, rng: np.random.Generator, target: Pose, _: bool, ignore_collision: bool
-    ) -> None:
+    def _empty_grasp(self, simulation: Simulation, rng: np.random.Generator, action: Action) -> None:
+        target, _, ignore_collision = action
         simulation.motion.execute(target.advanced(-rng.uniform(*_SHORT_OF)), False, ignore_collision)
         self.time = float(simulation.world.data.time)
 
-    def _shift(
-        self, simulation: Simulation, rng: np.random.Generator, target: Pose, _: bool, ignore_collision: bool
-    ) -> None:
+    def _shift(self, simulation: Simulation, rng: np.random.Generator, action: Action) -> None:
+        target, _, ignore_collision = action
         heading, far = rng.uniform(-np.pi, np.pi), rng.uniform(*_DRAG)
         simulation.motion.execute(target, False, ignore_collision)
         dragged = target.shifted(x=far * float(np.cos(heading)), y=far * float(np.sin(heading)))
         self._lose(simulation, dragged)
 
-    def _block(
-        self, simulation: Simulation, rng: np.random.Generator, target: Pose, _: bool, ignore_collision: bool
-    ) -> None:
+    def _block(self, simulation: Simulation, rng: np.random.Generator, action: Action) -> None:
+        target, _, ignore_collision = action
         angle = rng.uniform(*_TURN) * rng.choice((-1.0, 1.0))
         simulation.motion.execute(target, False, ignore_collision)
         # Of the two ways to turn, the arm's joints may allow one alone.

@@ -25,8 +25,8 @@ def grasping(
         grasp: the hand around the thing.
         side: of the thing, where the hand waits.
         thing: what is grasped, in words.
-        near: as in :func:`waits_before`.
-        spin: as in :func:`waits_before`.
+        near: metres by which a waiting hand may be beside ``before``.
+        spin: radians by which it may be turned about the axis it approaches along.
     """
     steps = [
         Waypoint(before, True, False, instruct("move", side, thing)),
@@ -46,12 +46,6 @@ def waits_before(world: World, before: Pose, near: float = _NEAR, spin: float = 
     A hand may be turned far about the axis it approaches along, because it turns on its way to the object. What stands
     far from the cameras often does not show how it is turned before the hand is above it, so that a policy could not do
     better (and an expert that insisted would stand still for ever).
-
-    Args:
-        world: the present state.
-        before: where the grasp begins, in the base frame.
-        near: metres by which the hand may be beside it.
-        spin: radians by which it may be turned about the axis it approaches along.
     """
     if world.gripper_closed:
         return False

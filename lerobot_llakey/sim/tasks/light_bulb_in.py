@@ -16,7 +16,6 @@ from lerobot_llakey.sim.objects.bulb import (
     TRAVEL,
     add_bulb,
     add_bulb_meshes,
-    add_thread,
     facing,
     glass_middle,
 )
@@ -74,7 +73,7 @@ class LightBulbIn(Task):
         for bulb, holder, thread in zip(_BULBS, _HOLDERS, self.threads, strict=True):
             add_bulb(spec, bulb, glass=_GLASS, collar=_GLASS)
             add_holder(spec, holder)
-            add_thread(spec, thread, lamp, SEAT)
+            thread.add(spec, lamp, (0, 0, SEAT + TRAVEL), 0.0)
         # Each thread carries its own bulb alone: the other one would stand on an idle nut.
         for bulb, thread in zip(_BULBS, reversed(self.threads), strict=True):
             spec.add_exclude(bodyname1=f"{thread.name}_nut", bodyname2=bulb)

@@ -80,18 +80,13 @@ class OpenDrawer(Task):
         handle_name = f"the {self.drawer} handle"
         grasp = self._grasp(world)
         before = grasp.advanced(-_APPROACH)
-        pulled = grasp @ Pose(grasp.rotation.inv().apply(self._outwards(world)) * (_PULL - self._opening(world)))
+        outwards = world.pose("cabinet").rotation.apply((-1.0, 0.0, 0.0))
+        left = _PULL - world.joint(f"{self.drawer}_drawer")
+        pulled = grasp @ Pose(grasp.rotation.inv().apply(outwards) * left)
         pull = Waypoint(pulled, False, True, instruct("pull_open", f"the {self.drawer} drawer"))
         if world.holds(f"{self.drawer}_drawer"):
             return [pull]
         return [*grasping(world, before, grasp, "front", handle_name, spin=_SPIN), pull]
-
-    def _opening(self, world: World) -> float:
-        return world.joint(f"{self.drawer}_drawer")
-
-    def _outwards(self, world: World) -> np.ndarray:
-        """Unit vector in which the drawers open."""
-        return world.pose("cabinet").rotation.apply((-1.0, 0.0, 0.0))
 
     def _grasp(self, world: World) -> Pose:
         """The tool's pose around the handle, its fingers at both ends."""

@@ -22,7 +22,6 @@ from lerobot_llakey.sim.objects.bulb import (
     add_bulb,
     add_bulb_meshes,
     add_socket,
-    add_thread,
     facing,
     glass_middle,
 )
@@ -84,7 +83,7 @@ class PutBulb(Task):
             socket.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=size, pos=(0, 0, _PLATE / 2), rgba=_STONE)
             _add_body(socket)
             add_socket(socket, _SEAT)
-            add_thread(spec, thread, socket, _SEAT)
+            thread.add(spec, socket, (0, 0, _SEAT + TRAVEL), 0.0)
         for colour, rgb in _BOXES.items():
             _add_box(spec.worldbody.add_body(name=f"{colour}_box"), (*rgb, 1.0))
 

@@ -79,7 +79,8 @@ class PutGroceriesInCupboard(Task):
         world.place("cupboard", cupboard)
         others = rng.permutation([index for index in range(len(GOODS)) if index != variation])
         shown, hidden = (variation, *others[: _SHOWN - 1]), others[_SHOWN - 1 :]
-        for index, position in zip(shown, _positions(rng, cupboard), strict=True):
+        positions = draw_until_it_fits(lambda: _draw_positions(rng, cupboard), "a cupboard and its groceries")
+        for index, position in zip(shown, positions, strict=True):
             yaw = rng.uniform(-0.6, 0.6)
             _stand(world, GOODS[index], (*position, 0.0), yaw)
         for place, index in enumerate(hidden):
@@ -188,12 +189,8 @@ def _stand(world: World, good: Good, position: tuple[float, float, float], yaw: 
     world.place(good.body, Pose(centre, Rotation.from_euler("z", yaw).as_quat()))
 
 
-def _positions(rng: np.random.Generator, cupboard: Pose) -> np.ndarray:
-    """(_SHOWN, 2) positions of the goods, added one by one and begun again where one finds no room."""
-    return draw_until_it_fits(lambda: _draw_positions(rng, cupboard), "a cupboard and its groceries")
-
-
 def _draw_positions(rng: np.random.Generator, cupboard: Pose) -> np.ndarray | None:
+    """(_SHOWN, 2) positions of the goods, added one by one; None where one finds no room."""
     positions: list[np.ndarray] = []
     for _ in range(200):
         position = np.array((rng.uniform(*_X), rng.uniform(*_Y)))

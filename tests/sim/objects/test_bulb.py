@@ -15,7 +15,6 @@ from lerobot_llakey.sim.objects.bulb import (
     add_bulb,
     add_bulb_meshes,
     add_socket,
-    add_thread,
     facing,
     glass_middle,
     glass_profile,
@@ -35,7 +34,7 @@ def model() -> mujoco.MjModel:
         add_bulb(spec, name, (1, 1, 1, 1), (1, 0, 0, 1))
     socket = spec.worldbody.add_body(name="socket", pos=SOCKET)
     add_socket(socket, SEAT)
-    add_thread(spec, ScrewThread("thread", "bulb", TRAVEL, 1.8), socket, SEAT)
+    ScrewThread("thread", "bulb", TRAVEL, 1.8).add(spec, socket, (0, 0, SEAT + TRAVEL), 0.0)
     return spec.compile()
 
 

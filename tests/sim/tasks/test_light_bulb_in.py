@@ -8,6 +8,7 @@ from lerobot_llakey.geometry import Pose, top_down
 from lerobot_llakey.instructions import parse
 from lerobot_llakey.sim.expert import demonstrate
 from lerobot_llakey.sim.objects.colours import COLOUR_NAMES, COLOURS
+from lerobot_llakey.sim.perturbations.registry import make_perturbation
 from lerobot_llakey.sim.simulation import Simulation
 from lerobot_llakey.sim.tasks.light_bulb_in import LightBulbIn
 from lerobot_llakey.sim.world import World
@@ -145,6 +146,6 @@ def test_the_wrong_bulb_lights_the_lamp_but_is_no_success_and_goes_back_to_its_h
 
 @pytest.mark.parametrize("kind", ["drop", "block", "shift", "empty_grasp"])
 def test_expert_recovers(simulation: Simulation, kind: str) -> None:
-    simulation.reset(10, disturbance=kind)
+    simulation.reset(10, None, make_perturbation(kind, 10, simulation.task.name))
     assert list(demonstrate(simulation))[-1].success
     assert simulation.perturbation is not None and simulation.perturbation.struck

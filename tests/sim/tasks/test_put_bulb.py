@@ -7,6 +7,7 @@ from scipy.spatial.transform import Rotation
 from lerobot_llakey.geometry import Pose, top_down
 from lerobot_llakey.instructions import parse
 from lerobot_llakey.sim.expert import demonstrate
+from lerobot_llakey.sim.perturbations.registry import make_perturbation
 from lerobot_llakey.sim.simulation import Simulation
 from lerobot_llakey.sim.tasks.put_bulb import LOOSE, SCREWED, PutBulb
 
@@ -158,7 +159,7 @@ def test_the_wrong_bulb_is_let_go(simulation: Simulation) -> None:
     [("drop", WHITE_ORANGE), ("block", RED_PURPLE), ("shift", WHITE_ORANGE), ("empty_grasp", RED_PURPLE)],
 )
 def test_expert_recovers(simulation: Simulation, kind: str, variation: int) -> None:
-    simulation.reset(7, variation, disturbance=kind)
+    simulation.reset(7, variation, make_perturbation(kind, 7, simulation.task.name))
     assert list(demonstrate(simulation))[-1].success
     assert simulation.perturbation is not None and simulation.perturbation.struck
 
