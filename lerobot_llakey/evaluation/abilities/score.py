@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from lerobot_llakey import instructions
-from lerobot_llakey.evaluation.protocol.statistics import wilson
+from lerobot_llakey.reporting.statistics import wilson
 
 OUTSIDE = "(outside the grammar)"
 """The verb of a text that is no basic action."""
