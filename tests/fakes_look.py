@@ -5,7 +5,7 @@ from __future__ import annotations
 import torch
 
 from lerobot_llakey import geometry, schema
-from lerobot_llakey.evaluation.looking import Look, StageLook
+from lerobot_llakey.inspection.trace import Look, StageLook
 
 
 def a_look(views: tuple[str, ...] = ("top", "front", "side"), stages: int = 2, off: float = 0.1) -> Look:

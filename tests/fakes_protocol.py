@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from lerobot_llakey.evaluation.protocol.experiment import Output, report_table, run_experiment
+from lerobot_llakey.evaluation.experiment import Output, report_table, run_experiment
 from lerobot_llakey.evaluation.protocol.plan import Plan
 from lerobot_llakey.evaluation.protocol.rows import EXPERT, Row
-from lerobot_llakey.evaluation.rollout import Expert
+from lerobot_llakey.rollout.actors import Expert
 from lerobot_llakey.sim.env import LlakeySimEnv
 
 

@@ -7,8 +7,8 @@ import pytest
 from lerobot.configs.train import TrainPipelineConfig
 
 import lerobot_llakey  # noqa: F401 - registers the policies that the recipes name
-from lerobot_llakey.evaluation.protocol.paper import SUCCESS
 from lerobot_llakey.evaluation.protocol.rows import read_rows
+from lerobot_llakey.reporting.paper_results import SUCCESS
 
 FOLDER = Path(__file__).parent.parent / "configs"
 OTHERS = ("table", "accelerate_fsdp", "reproduce")

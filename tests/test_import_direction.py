@@ -12,6 +12,7 @@ PACKAGE = Path(__file__).parent.parent / "lerobot_llakey"
 FOUNDATION = {"geometry", "schema"}
 GRAMMAR = {"sentences", "grammar_overlap", "grammar_data", "grammar"}
 WORDS = FOUNDATION | GRAMMAR | {"hand", "instructions", "hints", "keyframes"}
+MEASURING = {"parallel", "reporting", "rollout"}
 POLICIES = {"policies.action", "policies.command", "policies.hierarchy"}
 SIMULATOR = {"sim.mujoco_poses", "sim.arm", "sim.world", "sim.objects", "sim.tasks", "sim.perturbations"}
 
@@ -48,13 +49,20 @@ MAY_IMPORT: dict[str, set[str]] = {
     "policies.command": WORDS | {"policies", "saved", "checks"},
     "policies.hierarchy": WORDS | POLICIES | {"policies", "saved", "checks"},
     "datasets": WORDS | {"labels", "checks", "sim"},
-    "evaluation": WORDS | POLICIES | {"saved", "labels", "policies", "sim", "datasets"},
-    "dagger": WORDS | {"sim", "datasets", "evaluation"},
-    "drive": WORDS | POLICIES | {"policies", "sim", "evaluation"},
-    "experiments": WORDS | POLICIES | {"labels", "policies", "sim", "datasets", "evaluation"},
+    "parallel": {"sim"},
+    "reporting": {"rollout"},
+    "rollout": WORDS | {"saved", "sim"},
+    "inspection": WORDS | POLICIES | {"policies", "evaluation"},
+    "evaluation": WORDS | POLICIES | MEASURING | {"saved", "labels", "policies", "sim", "datasets"},
+    "diagnostics": WORDS | POLICIES | MEASURING | {"policies", "sim", "datasets", "evaluation"},
+    "dagger": WORDS | MEASURING | {"sim", "datasets"},
+    "drive": WORDS | POLICIES | MEASURING | {"policies", "sim"},
+    "experiments": WORDS | POLICIES | MEASURING | {"labels", "policies", "sim", "datasets", "evaluation"},
     "cli": WORDS
     | POLICIES
-    | {"saved", "labels", "checks", "policies", "sim", "datasets", "evaluation", "dagger", "drive", "experiments"},
+    | MEASURING
+    | {"saved", "labels", "checks", "policies", "sim", "datasets", "inspection", "evaluation", "diagnostics"}
+    | {"dagger", "drive", "experiments"},
     # Importing the package registers its environment and its policies.
     "": POLICIES | {"policies", "saved", "sim"},
 }

@@ -16,7 +16,7 @@ from lerobot_llakey.evaluation.abilities.files import write_abilities
 from lerobot_llakey.evaluation.abilities.measure import measure
 from lerobot_llakey.evaluation.abilities.report import markdown
 from lerobot_llakey.evaluation.protocol.rows import options
-from lerobot_llakey.evaluation.rollout import Agent
+from lerobot_llakey.rollout.actors import Agent
 
 
 @dataclass

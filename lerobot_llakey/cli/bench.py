@@ -16,8 +16,8 @@ from lerobot.utils.device_utils import auto_select_torch_device
 from lerobot_llakey.cli.command_line import with_options
 from lerobot_llakey.cli.errors import one_sentence
 from lerobot_llakey.cli.output import write_results
-from lerobot_llakey.evaluation.bench import BenchSettings, bench_in_temporary_folder
-from lerobot_llakey.evaluation.tables import markdown_table
+from lerobot_llakey.diagnostics.bench import BenchSettings, bench_in_temporary_folder
+from lerobot_llakey.reporting.tables import markdown_table
 from lerobot_llakey.saved.folder import inspect_checkpoint
 
 

@@ -16,8 +16,8 @@ from lerobot_llakey.cli.command_line import with_options
 from lerobot_llakey.cli.errors import one_sentence
 from lerobot_llakey.datasets.collect import quieten
 from lerobot_llakey.datasets.opening import open_dataset
-from lerobot_llakey.evaluation.tables import markdown_table
 from lerobot_llakey.files import reading
+from lerobot_llakey.reporting.tables import markdown_table
 
 
 @dataclass

@@ -10,7 +10,7 @@ from lerobot_llakey import schema
 from lerobot_llakey.cli.command_line import with_options
 from lerobot_llakey.cli.errors import one_sentence
 from lerobot_llakey.cli.output import write_png
-from lerobot_llakey.evaluation.contact_sheet import contact_sheet
+from lerobot_llakey.diagnostics.contact_sheet import contact_sheet
 from lerobot_llakey.sim.tasks import parse_tasks
 
 

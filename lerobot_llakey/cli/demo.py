@@ -13,11 +13,11 @@ from tqdm import tqdm
 from lerobot_llakey.cli.command_line import with_options
 from lerobot_llakey.cli.errors import one_sentence
 from lerobot_llakey.cli.output import write_results
-from lerobot_llakey.evaluation.film import Film
 from lerobot_llakey.evaluation.protocol.rows import options
-from lerobot_llakey.evaluation.rollout import Actor, Agent, Episode, Expert, run_episode
-from lerobot_llakey.evaluation.tables import success_table
-from lerobot_llakey.evaluation.workers import run_jobs
+from lerobot_llakey.parallel import run_jobs
+from lerobot_llakey.reporting.tables import success_table
+from lerobot_llakey.rollout.actors import Actor, Agent, Episode, Expert, run_episode
+from lerobot_llakey.rollout.video import Film
 from lerobot_llakey.saved.folder import inspect_checkpoint
 from lerobot_llakey.sim.env import LlakeySimEnv
 from lerobot_llakey.sim.perturbations.registry import check_disturbance

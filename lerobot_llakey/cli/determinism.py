@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from lerobot_llakey import schema
 from lerobot_llakey.cli.command_line import with_options
 from lerobot_llakey.cli.errors import one_sentence
-from lerobot_llakey.evaluation.determinism import WAYS, determinism
-from lerobot_llakey.evaluation.tables import markdown_table
+from lerobot_llakey.diagnostics.determinism import WAYS, determinism
+from lerobot_llakey.reporting.tables import markdown_table
 from lerobot_llakey.sim.tasks import parse_tasks
 
 

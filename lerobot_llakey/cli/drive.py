@@ -15,7 +15,7 @@ from lerobot_llakey.drive.pilot import Pilot
 from lerobot_llakey.drive.session import Session
 from lerobot_llakey.drive.terminal import Terminal
 from lerobot_llakey.evaluation.protocol.rows import options
-from lerobot_llakey.evaluation.rollout import Agent
+from lerobot_llakey.rollout.actors import Agent
 from lerobot_llakey.saved.folder import inspect_checkpoint
 from lerobot_llakey.sim.env import LlakeySimEnv
 

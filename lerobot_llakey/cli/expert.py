@@ -10,7 +10,7 @@ from pathlib import Path
 from lerobot_llakey.cli.command_line import with_options
 from lerobot_llakey.cli.errors import one_sentence
 from lerobot_llakey.cli.output import write_results
-from lerobot_llakey.evaluation.expert import evaluate_experts, summarise, table
+from lerobot_llakey.diagnostics.expert_success import evaluate_experts, summarise, table
 from lerobot_llakey.sim.tasks import parse_tasks
 
 

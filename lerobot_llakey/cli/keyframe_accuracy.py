@@ -14,8 +14,8 @@ from lerobot_llakey.cli.output import write_results
 from lerobot_llakey.datasets.opening import open_dataset
 from lerobot_llakey.evaluation.keyframe_accuracy import keyframe_accuracy
 from lerobot_llakey.evaluation.protocol.rows import options
-from lerobot_llakey.evaluation.rollout import Agent
-from lerobot_llakey.evaluation.tables import markdown_table
+from lerobot_llakey.reporting.tables import markdown_table
+from lerobot_llakey.rollout.actors import Agent
 from lerobot_llakey.saved.folder import inspect_checkpoint
 
 _COLUMNS = {

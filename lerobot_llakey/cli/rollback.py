@@ -10,7 +10,7 @@ from pathlib import Path
 from lerobot_llakey.cli.command_line import with_options
 from lerobot_llakey.cli.errors import one_sentence
 from lerobot_llakey.errors import LlakeyError
-from lerobot_llakey.evaluation.protocol.experiment import Output, foresee, report_rollback, run_experiment
+from lerobot_llakey.evaluation.experiment import Output, foresee, report_rollback, run_experiment
 from lerobot_llakey.evaluation.protocol.plan import Plan
 from lerobot_llakey.evaluation.protocol.rows import read_rows
 from lerobot_llakey.sim.settings import MAX_STEPS

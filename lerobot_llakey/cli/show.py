@@ -12,11 +12,11 @@ from lerobot_llakey.cli.command_line import with_options
 from lerobot_llakey.cli.errors import one_sentence
 from lerobot_llakey.cli.output import write_png
 from lerobot_llakey.datasets.opening import open_dataset
-from lerobot_llakey.evaluation.looking import look
 from lerobot_llakey.evaluation.protocol.rows import options
-from lerobot_llakey.evaluation.rerun_file import require_rerun, write_rerun
-from lerobot_llakey.evaluation.rollout import Agent
-from lerobot_llakey.evaluation.show import page, report
+from lerobot_llakey.inspection.page import page, report
+from lerobot_llakey.inspection.rerun_file import require_rerun, write_rerun
+from lerobot_llakey.inspection.trace import look
+from lerobot_llakey.rollout.actors import Agent
 from lerobot_llakey.saved.folder import inspect_checkpoint
 
 

@@ -9,8 +9,8 @@ from pathlib import Path
 from lerobot_llakey.cli.command_line import with_options
 from lerobot_llakey.cli.errors import one_sentence
 from lerobot_llakey.cli.output import write_results
-from lerobot_llakey.evaluation.stress import stress
-from lerobot_llakey.evaluation.tables import markdown_table
+from lerobot_llakey.diagnostics.stress import stress
+from lerobot_llakey.reporting.tables import markdown_table
 from lerobot_llakey.sim.tasks import parse_tasks
 
 

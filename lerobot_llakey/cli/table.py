@@ -9,8 +9,8 @@ from pathlib import Path
 
 from lerobot_llakey.cli.command_line import with_options
 from lerobot_llakey.cli.errors import one_sentence
-from lerobot_llakey.evaluation.protocol.experiment import Output, foresee, report_table, run_experiment
-from lerobot_llakey.evaluation.protocol.lower_part import AbilitySamples
+from lerobot_llakey.evaluation.experiment import Output, foresee, report_table, run_experiment
+from lerobot_llakey.evaluation.lower_part import AbilitySamples
 from lerobot_llakey.evaluation.protocol.plan import Plan
 from lerobot_llakey.evaluation.protocol.rows import read_rows
 from lerobot_llakey.sim.settings import MAX_STEPS

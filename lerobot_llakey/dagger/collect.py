@@ -19,8 +19,8 @@ from lerobot_llakey.datasets.demonstrations import ROBOT_TYPE, sim_features
 from lerobot_llakey.datasets.image_dataset import ImageDatasetWriter
 from lerobot_llakey.datasets.parts import THROWN, growing
 from lerobot_llakey.datasets.places import check_space
-from lerobot_llakey.evaluation.rollout import Agent
-from lerobot_llakey.evaluation.workers import run_jobs
+from lerobot_llakey.parallel import run_jobs
+from lerobot_llakey.rollout.actors import Agent
 from lerobot_llakey.sim.env import LlakeySimEnv
 from lerobot_llakey.sim.recorder import FPS
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from lerobot_llakey import schema
-from lerobot_llakey.evaluation.rollout import Actor
+from lerobot_llakey.rollout.actors import Actor
 from lerobot_llakey.sim.env import LlakeySimEnv
 from lerobot_llakey.sim.recorder import frame_columns, waypoint_action
 from lerobot_llakey.sim.tasks.base import Waypoint

@@ -8,7 +8,7 @@ from pathlib import Path
 import av
 import numpy as np
 
-from lerobot_llakey.evaluation.overlay import annotate_frame
+from lerobot_llakey.rollout.captions import annotate_frame
 
 FPS = 10
 _HOLD_SECONDS = 1.5

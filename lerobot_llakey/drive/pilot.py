@@ -12,11 +12,11 @@ import torch
 
 from lerobot_llakey.drive.remembering import Remembering
 from lerobot_llakey.errors import LlakeyError
-from lerobot_llakey.evaluation.rollout import Agent
 from lerobot_llakey.policies.hierarchy.commanders.corrections import Corrections
 from lerobot_llakey.policies.hierarchy.log import EpisodeLog
 from lerobot_llakey.policies.hierarchy.modeling_llakey import LlakeyPolicy
 from lerobot_llakey.policies.hierarchy.record import Step
+from lerobot_llakey.rollout.actors import Agent
 
 ROW = 0
 """A drive has one scene: the only row of its batches."""

@@ -10,15 +10,15 @@ from typing import Any
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from lerobot_llakey.evaluation.protocol.paper import SIMULATOR
 from lerobot_llakey.evaluation.protocol.plan import Plan
 from lerobot_llakey.evaluation.protocol.plots import COLOURS
 from lerobot_llakey.evaluation.protocol.records import Record
-from lerobot_llakey.evaluation.protocol.statistics import spread, trimmed_mean, wilson
-from lerobot_llakey.evaluation.tables import markdown_table
 from lerobot_llakey.experiments.arms import LLAKEY, Arm
 from lerobot_llakey.experiments.wordings import BARE, PAPER, PUT, TAKE, TESTS, UNSCREW
 from lerobot_llakey.files import replacing
+from lerobot_llakey.reporting.paper_results import SIMULATOR
+from lerobot_llakey.reporting.statistics import spread, trimmed_mean, wilson
+from lerobot_llakey.reporting.tables import markdown_table
 from lerobot_llakey.sim.tasks.put_bulb import LOOSE, SCREWED
 
 _NOTHING = "-"

@@ -17,10 +17,10 @@ from lerobot_llakey.evaluation.protocol.plan import Plan, Trial
 from lerobot_llakey.evaluation.protocol.records import Record, Records
 from lerobot_llakey.evaluation.protocol.rows import Row
 from lerobot_llakey.evaluation.protocol.work import make_env, named, single_threaded
-from lerobot_llakey.evaluation.rollout import Actor, Agent, run_episode
-from lerobot_llakey.evaluation.workers import run_jobs
 from lerobot_llakey.experiments.stages import Clock
 from lerobot_llakey.experiments.wordings import TASK_NAME, TESTS, tested_wording
+from lerobot_llakey.parallel import run_jobs
+from lerobot_llakey.rollout.actors import Actor, Agent, run_episode
 from lerobot_llakey.sim.env import LlakeySimEnv
 from lerobot_llakey.sim.settings import MAX_STEPS
 

@@ -20,12 +20,12 @@ from torch.utils.data import DataLoader
 from lerobot_llakey.datasets.collect import collect, quieten
 from lerobot_llakey.datasets.keysteps import convert
 from lerobot_llakey.datasets.plan import CollectSettings, Targets
-from lerobot_llakey.evaluation.film import Film
-from lerobot_llakey.evaluation.rollout import Agent, run_episode
 from lerobot_llakey.experiments.rates import Rates
 from lerobot_llakey.experiments.training import Training
 from lerobot_llakey.files import reading, write_whole
 from lerobot_llakey.policies.hierarchy.compose import compose
+from lerobot_llakey.rollout.actors import Agent, run_episode
+from lerobot_llakey.rollout.video import Film
 from lerobot_llakey.sim.env import LlakeySimEnv
 
 _FILE = "measured.json"

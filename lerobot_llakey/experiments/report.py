@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable
 from pathlib import Path
 
-from lerobot_llakey.evaluation.protocol.experiment import TABLE
+from lerobot_llakey.evaluation.experiment import TABLE
 from lerobot_llakey.evaluation.protocol.runner import VIDEOS
 from lerobot_llakey.experiments import ambiguity
 from lerobot_llakey.experiments.training import Training

@@ -10,10 +10,9 @@ from lerobot.datasets.lerobot_dataset import LeRobotDataset
 
 from lerobot_llakey.evaluation.abilities.files import write_abilities
 from lerobot_llakey.evaluation.abilities.measure import measure
-from lerobot_llakey.evaluation.protocol.experiment import Output, report_rollback, report_table, run_experiment
+from lerobot_llakey.evaluation.experiment import Output, report_rollback, report_table, run_experiment
 from lerobot_llakey.evaluation.protocol.plan import Plan
 from lerobot_llakey.evaluation.protocol.rows import Row
-from lerobot_llakey.evaluation.rollout import Agent
 from lerobot_llakey.experiments.ambiguity import Ambiguity, training_stage
 from lerobot_llakey.experiments.data import Data
 from lerobot_llakey.experiments.policies import ACTION, COMMAND, Policies
@@ -24,6 +23,7 @@ from lerobot_llakey.experiments.stages import Stage
 from lerobot_llakey.experiments.training import Training
 from lerobot_llakey.experiments.wordings import TASK_NAME
 from lerobot_llakey.policies.hierarchy.compose import compose
+from lerobot_llakey.rollout.actors import Agent
 from lerobot_llakey.sim.settings import MAX_STEPS
 from lerobot_llakey.sim.tasks import parse_tasks
 

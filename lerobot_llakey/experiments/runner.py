@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import takewhile
 
-from lerobot_llakey.evaluation.clock import clock
-from lerobot_llakey.evaluation.tables import markdown_table
 from lerobot_llakey.experiments.rates import Rates
 from lerobot_llakey.experiments.stages import Clock, Ledger, Stage
 from lerobot_llakey.experiments.trainer import train_all
 from lerobot_llakey.experiments.training import Training
+from lerobot_llakey.reporting.durations import clock
+from lerobot_llakey.reporting.tables import markdown_table
 
 
 def run_stages(ledger: Ledger, side_by_side: int) -> None:

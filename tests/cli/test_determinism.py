@@ -4,7 +4,7 @@ import pytest
 
 from lerobot_llakey.cli import determinism as verb
 from lerobot_llakey.cli.determinism import DeterminismConfig, run
-from lerobot_llakey.evaluation.determinism import WAYS
+from lerobot_llakey.diagnostics.determinism import WAYS
 
 
 def test_a_difference_is_the_exit_status(monkeypatch: pytest.MonkeyPatch) -> None:

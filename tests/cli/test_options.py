@@ -10,8 +10,8 @@ import pytest
 
 from lerobot_llakey.cli import main as cli
 from lerobot_llakey.cli.options import RULES
-from lerobot_llakey.evaluation.rollout import Agent
 from lerobot_llakey.experiments.stages import Ledger
+from lerobot_llakey.rollout.actors import Agent
 from lerobot_llakey.sim.simulation import Simulation
 
 NEEDED: dict[str, list[str]] = {

@@ -11,8 +11,8 @@ from fakes import fake_keysteps
 from fakes_action import small_config
 from lerobot_llakey.cli import show
 from lerobot_llakey.cli.main import main
-from lerobot_llakey.evaluation.rollout import Agent
 from lerobot_llakey.policies.action.modeling_llakey_action import LlakeyActionPolicy
+from lerobot_llakey.rollout.actors import Agent
 
 
 def test_the_page_is_written_and_the_errors_are_printed(

@@ -4,7 +4,7 @@ import pytest
 
 from lerobot_llakey.cli import stress as verb
 from lerobot_llakey.cli.stress import StressConfig, run
-from lerobot_llakey.evaluation.stress import Stress
+from lerobot_llakey.diagnostics.stress import Stress
 
 
 def test_what_went_wrong_is_the_exit_status(

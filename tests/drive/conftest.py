@@ -13,11 +13,11 @@ from lerobot.utils.feature_utils import dataset_to_policy_features
 from lerobot_llakey import schema
 from lerobot_llakey.drive.pilot import Pilot
 from lerobot_llakey.drive.session import Session
-from lerobot_llakey.evaluation.rollout import Agent
 from lerobot_llakey.policies.action.configuration_llakey_action import LlakeyActionConfig
 from lerobot_llakey.policies.hierarchy.commanders.commander import Commander, Said
 from lerobot_llakey.policies.hierarchy.configuration_llakey import LlakeyConfig
 from lerobot_llakey.policies.hierarchy.modeling_llakey import LlakeyPolicy
+from lerobot_llakey.rollout.actors import Agent
 from lerobot_llakey.sim.env import LlakeySimEnv
 
 SIZE = 32

@@ -6,8 +6,8 @@ from typing import Any
 import pytest
 
 from lerobot_llakey.drive.pilot import ROW, Pilot
-from lerobot_llakey.evaluation.rollout import Agent
 from lerobot_llakey.policies.hierarchy.commanders.commander import Said
+from lerobot_llakey.rollout.actors import Agent
 
 GOAL = "open the top drawer"
 

@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from lerobot_llakey.evaluation.protocol.paper import SUCCESS
 from lerobot_llakey.experiments.data import Data
 from lerobot_llakey.experiments.policies import BASELINE_ROW, LLAKEY_ROW, Policies
 from lerobot_llakey.experiments.settings import DataSettings, TableSettings, TrainingSettings, TrainSettings
+from lerobot_llakey.reporting.paper_results import SUCCESS
 
 
 def policies(**recipes: str) -> Policies:

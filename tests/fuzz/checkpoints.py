@@ -29,7 +29,7 @@ WEIGHTS, CONFIG, BEFORE, AFTER = (
 
 def _load(source: Path, change: Change, folder: Path) -> None:
     """As every verb loads a checkpoint, then once as a program does."""
-    from lerobot_llakey.evaluation.rollout import Agent
+    from lerobot_llakey.rollout.actors import Agent
 
     copied = folder / "checkpoint"
     shutil.copytree(source, copied)
@@ -46,7 +46,7 @@ def _planted(source: Path, change: Change, folder: Path) -> str | None:
     change(copied)
     for path in copied.glob("*.json"):
         path.write_text(path.read_text().replace("PROOF", str(proof)))
-    from lerobot_llakey.evaluation.rollout import Agent
+    from lerobot_llakey.rollout.actors import Agent
 
     try:
         agent = Agent.load(copied)
@@ -203,7 +203,7 @@ def _step(name: str, step: dict[str, Any]) -> Change:
 
 
 def _missing(path: str, _: Path) -> None:
-    from lerobot_llakey.evaluation.rollout import Agent
+    from lerobot_llakey.rollout.actors import Agent
 
     Agent.load(path)
 

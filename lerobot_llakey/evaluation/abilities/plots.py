@@ -11,9 +11,9 @@ from matplotlib.figure import Figure
 from lerobot_llakey.evaluation.abilities.measure import ABILITIES, Measured
 from lerobot_llakey.evaluation.abilities.report import PAPER_ROWS, title, verbs_of
 from lerobot_llakey.evaluation.abilities.score import Score, macro
-from lerobot_llakey.evaluation.protocol import paper
-from lerobot_llakey.evaluation.protocol.statistics import wilson
 from lerobot_llakey.files import replacing
+from lerobot_llakey.reporting import paper_results
+from lerobot_llakey.reporting.statistics import wilson
 
 _COLOURS = ("#0072B2", "#E69F00")
 _MARKS = ("D", "o")
@@ -36,9 +36,9 @@ def plot_abilities(measured: Measured, path: Path) -> None:
         around = np.abs(bounds.T - np.array(heights[:-1]))
         axes.errorbar(places[:-1], heights[:-1], around, fmt="none", ecolor="black", elinewidth=1.2, capsize=3)
         for row, mark in zip(PAPER_ROWS, _MARKS, strict=True):
-            figures = paper.ABILITIES[ability][row]
+            figures = paper_results.ABILITIES[ability][row]
             values = [*(figures.get(task, np.nan) for task in tasks), sum(figures.values()) / len(figures)]
-            label = f"the paper's {row}, from {paper.SIMULATOR}" if index == 0 else None
+            label = f"the paper's {row}, from {paper_results.SIMULATOR}" if index == 0 else None
             axes.plot(places, values, mark, color="white", markeredgecolor="black", markersize=5, label=label)
     axes.set_xticks(range(len(columns)), [name.replace("_", "\n") for name in columns], fontsize=9)
     axes.set_ylim(0, 105)

@@ -10,10 +10,10 @@ from lerobot_llakey.evaluation.abilities.measure import ABILITIES, Measured
 from lerobot_llakey.evaluation.abilities.score import MEASURES, OUTSIDE, Score, macro
 from lerobot_llakey.evaluation.abilities.situation import SITUATIONS
 from lerobot_llakey.evaluation.abilities.way_left import WAYS_LEFT
-from lerobot_llakey.evaluation.protocol import paper
-from lerobot_llakey.evaluation.protocol.statistics import wilson
-from lerobot_llakey.evaluation.tables import markdown_table
 from lerobot_llakey.files import replacing, write_whole
+from lerobot_llakey.reporting import paper_results
+from lerobot_llakey.reporting.statistics import wilson
+from lerobot_llakey.reporting.tables import markdown_table
 
 PAPER_ROWS = ("LLaVA 13B (3)", "LLaVA 7B (3)")
 """Rows of the paper's table I that stand beside a measurement."""
@@ -27,7 +27,7 @@ def title(name: str) -> str:
 
 def markdown(measured: Measured) -> str:
     """Both abilities by task, beside the paper's figures, those after events, and the commonest mistakes."""
-    blocks = [f"# Abilities of the command policy\n\nThe paper's figures are from {paper.SIMULATOR}."]
+    blocks = [f"# Abilities of the command policy\n\nThe paper's figures are from {paper_results.SIMULATOR}."]
     for ability in ABILITIES:
         blocks.append(f"## {title(ability)}\n\n{ability_table(measured, ability)}")
     if measured.left:
@@ -123,7 +123,7 @@ def _cells(score: Score) -> list[str]:
 
 def _papers(ability: str, task: str | None = None) -> list[str]:
     """The paper's figures for a task, or its averages; "" for tasks that it does not have."""
-    found = [paper.ABILITIES[ability][row] for row in PAPER_ROWS]
+    found = [paper_results.ABILITIES[ability][row] for row in PAPER_ROWS]
     if task is None:
         return [f"{sum(figures.values()) / len(figures):.1f}" for figures in found]
     return [f"{figures[task]:.1f}" if task in figures else "" for figures in found]

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from lerobot_llakey.evaluation.protocol.statistics import wilson
 from lerobot_llakey.grammar import Grammar
 from lerobot_llakey.grammar_data import Instruction
 from lerobot_llakey.instructions import BASIC_GRAMMAR
+from lerobot_llakey.reporting.statistics import wilson
 
 OUTSIDE = "(outside the grammar)"
 """The verb of a text that is no basic action."""

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from lerobot_llakey.evaluation.protocol.records import ACTION, COMMAND
-from lerobot_llakey.evaluation.protocol.replay import Replay
-from lerobot_llakey.evaluation.rollout import Actor, Episode, run_episode
 from lerobot_llakey.instructions import BASIC_GRAMMAR
+from lerobot_llakey.rollout.actors import Actor, Episode, run_episode
+from lerobot_llakey.rollout.replay import Replay
 from lerobot_llakey.sim.env import LlakeySimEnv
 
 

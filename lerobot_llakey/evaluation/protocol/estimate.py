@@ -8,11 +8,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from statistics import fmean
 
-from lerobot_llakey.evaluation.clock import clock
 from lerobot_llakey.evaluation.protocol.plan import Plan, Trial
 from lerobot_llakey.evaluation.protocol.records import Records
 from lerobot_llakey.evaluation.protocol.rows import Row
 from lerobot_llakey.evaluation.protocol.work import run_trial
+from lerobot_llakey.reporting.durations import clock
 
 _MEASURE_SECONDS = 60.0
 """How long each row is measured; the episode that is under way then is finished."""

@@ -6,13 +6,13 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from lerobot_llakey.errors import LlakeyError
-from lerobot_llakey.evaluation.film import Film
 from lerobot_llakey.evaluation.protocol.plan import Plan, Trial
 from lerobot_llakey.evaluation.protocol.records import Record
-from lerobot_llakey.evaluation.protocol.replay import Replay
 from lerobot_llakey.evaluation.protocol.rows import Row
 from lerobot_llakey.evaluation.protocol.work import make_env, named, single_threaded
-from lerobot_llakey.evaluation.rollout import run_episode
+from lerobot_llakey.rollout.actors import run_episode
+from lerobot_llakey.rollout.replay import Replay
+from lerobot_llakey.rollout.video import Film
 
 
 def choose(records: Iterable[Record], count: int) -> list[Record]:

@@ -8,10 +8,10 @@ import draccus
 
 from lerobot_llakey.errors import MissingFileError
 from lerobot_llakey.evaluation.protocol.rows import EXPERT, Row
-from lerobot_llakey.evaluation.rollout import Actor, Agent, Expert
 from lerobot_llakey.policies.hierarchy.configuration_llakey import LlakeyConfig
 from lerobot_llakey.policies.hierarchy.modeling_llakey import LlakeyPolicy
 from lerobot_llakey.policies.hierarchy.processor_llakey import make_llakey_pre_post_processors
+from lerobot_llakey.rollout.actors import Actor, Agent, Expert
 from lerobot_llakey.saved.folder import find_checkpoint, inspect_checkpoint, require_file
 
 _BLOCK = 1 << 20

@@ -6,15 +6,15 @@ from collections.abc import Mapping, Sequence
 from statistics import fmean
 from typing import Any
 
-from lerobot_llakey.evaluation.protocol import paper
 from lerobot_llakey.evaluation.protocol.plan import Plan
 from lerobot_llakey.evaluation.protocol.records import ACTION, COMMAND
 from lerobot_llakey.evaluation.protocol.summary import has_blame
-from lerobot_llakey.evaluation.tables import markdown_table
+from lerobot_llakey.reporting import paper_results
+from lerobot_llakey.reporting.tables import markdown_table
 
 _NOTHING = "-"
 PAPER_NOTE = (
-    f"Rows marked *paper* are the paper's own figures, from {paper.SIMULATOR} and its own models of the tasks; "
+    f"Rows marked *paper* are the paper's own figures, from {paper_results.SIMULATOR} and its own models of the tasks; "
     "here the tasks are re-made in MuJoCo, so they compare methods, not numbers."
 )
 
@@ -25,7 +25,7 @@ def table_page(plan: Plan, summary: Mapping[str, Any], missing: Mapping[str, str
         [row, *(_percent(cells["tasks"][task]) for task in plan.tasks), _percent(cells["average"])]
         for row, cells in summary.items()
     ]
-    rows += paper_rows(paper.SUCCESS, plan.tasks)
+    rows += paper_rows(paper_results.SUCCESS, plan.tasks)
     parts = [
         "# Success",
         f"{_protocol(plan)} {_statistics(plan)}",
@@ -65,7 +65,7 @@ def rollback_page(plan: Plan, summary: Mapping[str, Any], missing: Mapping[str, 
 
 def paper_rows(figures: Mapping[str, Mapping[str, float]], tasks: Sequence[str]) -> list[list[str]]:
     """The paper's rows; an average only where all nine tasks are asked for."""
-    complete = set(tasks) == set(paper.TASKS)
+    complete = set(tasks) == set(paper_results.TASKS)
     return [
         [
             f"*paper: {name}*",

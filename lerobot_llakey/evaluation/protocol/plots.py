@@ -10,12 +10,12 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from lerobot_llakey.evaluation.protocol import paper
 from lerobot_llakey.evaluation.protocol.plan import Plan
 from lerobot_llakey.evaluation.protocol.records import ACTION, COMMAND
 from lerobot_llakey.evaluation.protocol.rows import Row
 from lerobot_llakey.evaluation.protocol.summary import has_blame
 from lerobot_llakey.files import replacing
+from lerobot_llakey.reporting import paper_results
 
 COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#F0E442", "#7F7F7F")
 """Okabe and Ito's colours, which people with any colour vision tell apart."""
@@ -28,7 +28,7 @@ def plot_table(path: Path, plan: Plan, rows: Sequence[Row], summary: Mapping[str
     columns = [*plan.tasks, "average"]
     figure, axes = _figure(len(columns) * max(1.6, 0.4 * len(summary) + 0.7))
     width = _GROUP / len(summary)
-    papers = {row.name: paper.SUCCESS.get(row.paper, {}) for row in rows}
+    papers = {row.name: paper_results.SUCCESS.get(row.paper, {}) for row in rows}
     marked = False
     for index, (row, cells) in enumerate(summary.items()):
         figures = [*(cells["tasks"][task] for task in plan.tasks), cells["average"]]
@@ -38,7 +38,7 @@ def plot_table(path: Path, plan: Plan, rows: Sequence[Row], summary: Mapping[str
         _bars(axes, places, heights, _within(heights, spreads), width, index, row)
         for place, task in zip(places, plan.tasks, strict=False):
             if task in papers[row]:
-                label = None if marked else f"the paper's, from {paper.SIMULATOR}"
+                label = None if marked else f"the paper's, from {paper_results.SIMULATOR}"
                 axes.plot([place], [papers[row][task]], "D", color="white", markeredgecolor="black", label=label)
                 marked = True
     _finish(axes, columns, "success in %")

@@ -16,7 +16,7 @@ from lerobot_llakey.evaluation.protocol.plan import Plan
 from lerobot_llakey.evaluation.protocol.records import Records
 from lerobot_llakey.evaluation.protocol.rows import Row
 from lerobot_llakey.evaluation.protocol.work import run_trial
-from lerobot_llakey.evaluation.workers import run_jobs
+from lerobot_llakey.parallel import run_jobs
 
 EPISODES, VIDEOS = "episodes.jsonl", "videos"
 

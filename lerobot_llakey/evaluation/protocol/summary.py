@@ -8,7 +8,7 @@ from typing import Any
 
 from lerobot_llakey.evaluation.protocol.plan import UNDISTURBED, Plan
 from lerobot_llakey.evaluation.protocol.records import ACTION, COMMAND, Record
-from lerobot_llakey.evaluation.protocol.statistics import kept, spread, trimmed_mean, wilson
+from lerobot_llakey.reporting.statistics import kept, spread, trimmed_mean, wilson
 
 
 def summarise_table(plan: Plan, rows: Sequence[str], records: Iterable[Record]) -> dict[str, Any]:

@@ -17,7 +17,7 @@ from lerobot_llakey.evaluation.protocol.loading import load_row
 from lerobot_llakey.evaluation.protocol.plan import Plan, Trial
 from lerobot_llakey.evaluation.protocol.records import Record
 from lerobot_llakey.evaluation.protocol.rows import Row
-from lerobot_llakey.evaluation.rollout import Actor, run_episode
+from lerobot_llakey.rollout.actors import Actor, run_episode
 from lerobot_llakey.sim.env import LlakeySimEnv
 
 

@@ -1,9 +1,10 @@
 """Summaries as pages for people."""
 
 from fakes_records import PLAN, made_up_records
-from lerobot_llakey.evaluation.protocol import markdown, paper
+from lerobot_llakey.evaluation.protocol import markdown
 from lerobot_llakey.evaluation.protocol.plan import Plan
 from lerobot_llakey.evaluation.protocol.summary import summarise_rollback, summarise_table
+from lerobot_llakey.reporting import paper_results
 
 
 def test_the_page_has_every_row_with_the_papers_beside() -> None:
@@ -17,8 +18,8 @@ def test_the_page_has_every_row_with_the_papers_beside() -> None:
 
 
 def test_the_papers_average_is_given_for_all_tasks_alone() -> None:
-    assert markdown.paper_rows(paper.SUCCESS, paper.TASKS)[0][-1] == "75.9"
-    assert markdown.paper_rows(paper.ABILITIES["error_correction"], paper.TASKS)[1][-1] == "85.3"
+    assert markdown.paper_rows(paper_results.SUCCESS, paper_results.TASKS)[0][-1] == "75.9"
+    assert markdown.paper_rows(paper_results.ABILITIES["error_correction"], paper_results.TASKS)[1][-1] == "85.3"
 
 
 def test_the_page_of_recoveries() -> None:

@@ -1,0 +1,124 @@
+"""One experiment of the paper in one folder: episodes, figures, tables, plots and videos, resumable throughout."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from lerobot_llakey.evaluation.lower_part import AbilitySamples, ability_page, measure_rows
+from lerobot_llakey.evaluation.protocol import markdown, plots
+from lerobot_llakey.evaluation.protocol.estimate import Estimate, estimate
+from lerobot_llakey.evaluation.protocol.plan import Plan
+from lerobot_llakey.evaluation.protocol.records import Records
+from lerobot_llakey.evaluation.protocol.rows import Row
+from lerobot_llakey.evaluation.protocol.runner import EPISODES, VIDEOS, make_missing_films, run_missing, runnable
+from lerobot_llakey.evaluation.protocol.settings import claim, settings_of
+from lerobot_llakey.evaluation.protocol.summary import summarise_rollback, summarise_table
+from lerobot_llakey.files import alone_in, write_whole
+from lerobot_llakey.reporting import paper_results
+
+TABLE = "table.md"
+
+
+@dataclass(frozen=True)
+class Output:
+    """Where and how the results are left.
+
+    Attributes:
+        folder: for ``results.json``, ``table.md``, plots, ``videos/``, and what a run goes on from: ``settings.json``
+            and ``episodes.jsonl``.
+        num_videos: successes and failures of each row, task and event of which a video is made.
+        detailed: show the robot's detailed meshes in them.
+        num_workers: processes; one for each CPU core where 0.
+    """
+
+    folder: Path
+    num_videos: int = 2
+    detailed: bool = False
+    num_workers: int = 0
+
+
+Report = Callable[[Plan, Sequence[Row], Records, Mapping[str, str], Path], tuple[dict[str, Any], str]]
+"""Draws the plots into a folder; returns figures for results.json and a page in Markdown."""
+
+
+def run_experiment(
+    plan: Plan, rows: Sequence[Row], output: Output, report: Report, samples: AbilitySamples | None = None
+) -> str:
+    """Run what is missing, then write everything.
+
+    Started again after being killed it goes on where it was; once all is done it only writes the results again.
+
+    Args:
+        plan: the protocol.
+        rows: of the table; those without a checkpoint are left out and named.
+        output: where the results go.
+        report: :func:`report_table` or :func:`report_rollback`.
+        samples: where the abilities of the rows' command policies are measured too; nowhere where None.
+
+    Returns:
+        The page in Markdown.
+
+    Raises:
+        MissingFileError: if no row has a checkpoint.
+        LlakeyError: if the folder holds results of other settings, another run is in it, or a process is killed.
+        RuntimeError: if an episode fails.
+    """
+    if samples is not None:
+        samples.check()
+    found = runnable(rows)
+    for row, reason in found.missing.items():
+        print(f"skipped: {row} ({reason})")
+    with alone_in(output.folder):
+        claim(output.folder, settings_of(plan, rows, found.missing))
+        records = Records(output.folder / EPISODES)
+        run_missing(plan, found.rows, records, output.num_workers)
+        figures, page = report(plan, found.rows, records, found.missing, output.folder)
+        if samples is not None:
+            figures["abilities"] = measure_rows(found.rows, samples, output.folder)
+            page += f"\n{ability_page(plan.tasks, figures['abilities'])}"
+        results = {"settings": settings_of(plan, rows, found.missing), "missing": found.missing, **figures}
+        write_whole(output.folder / "results.json", json.dumps(results, indent=2))
+        write_whole(output.folder / TABLE, page)
+        make_missing_films(
+            plan,
+            found.rows,
+            records,
+            output.folder / VIDEOS,
+            output.num_videos,
+            output.detailed,
+            output.num_workers,
+        )
+    return page
+
+
+def foresee(plan: Plan, rows: Sequence[Row], output: Output) -> Estimate:
+    """How many episodes are left and how long they take, without leaving anything in the folder.
+
+    Raises:
+        MissingFileError: if no row has a checkpoint.
+    """
+    return estimate(plan, runnable(rows).rows, Records(output.folder / EPISODES), output.num_workers)
+
+
+def report_table(
+    plan: Plan, rows: Sequence[Row], records: Records, missing: Mapping[str, str], folder: Path
+) -> tuple[dict[str, Any], str]:
+    """Success by row and task: ``table.png``, and ``blame.png`` where failures were put down to a level."""
+    summary = summarise_table(plan, [row.name for row in rows], records)
+    plots.plot_table(folder / "table.png", plan, rows, summary)
+    plots.plot_blame(folder / "blame.png", plan, summary)
+    figures = {"rows": summary, "paper": {"simulator": paper_results.SIMULATOR, "success": paper_results.SUCCESS}}
+    return figures, markdown.table_page(plan, summary, missing)
+
+
+def report_rollback(
+    plan: Plan, rows: Sequence[Row], records: Records, missing: Mapping[str, str], folder: Path
+) -> tuple[dict[str, Any], str]:
+    """Recovery by row, event and task: ``rollback.png``."""
+    summary = summarise_rollback(plan, [row.name for row in rows], records)
+    plots.plot_rollback(folder / "rollback.png", summary)
+    return {"rows": summary}, markdown.rollback_page(plan, summary, missing)

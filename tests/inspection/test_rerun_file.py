@@ -1,0 +1,51 @@
+"""A recording for rerun holds the whole decision; without rerun one sentence says what to install."""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from fakes_look import a_look
+from lerobot_llakey.inspection.rerun_file import require_rerun, write_rerun
+
+
+class FakeRerun:
+    """Notes what is logged."""
+
+    def __init__(self) -> None:
+        self.calls: list[tuple[str, tuple[object, ...]]] = []
+
+    def __getattr__(self, name: str) -> object:
+        def call(*args: object, **kwargs: object) -> "FakeRerun":
+            self.calls.append((name, args))
+            if name == "save":
+                Path(str(args[0])).touch()
+            return self
+
+        return call
+
+
+def test_without_rerun_one_sentence_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "rerun", None)
+    with pytest.raises(ValueError, match=r"lerobot\[viz\]"):
+        require_rerun()
+
+
+def test_cloud_cameras_views_and_poses_are_logged(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    fake = FakeRerun()
+    fake.ViewCoordinates = fake
+    fake.RIGHT_HAND_Z_UP = None
+    monkeypatch.setitem(sys.modules, "rerun", fake)
+    write_rerun(a_look(), tmp_path / "new" / "look.rrd")
+    logged = [args[0] for name, args in fake.calls if name == "log"]
+    expected = {"words", "world/cloud", "world/predicted", "world/true", "cameras/wrist", "coarse/top", "fine/side"}
+    assert expected <= set(logged)
+    names = [name for name, _ in fake.calls]
+    assert names.index("save") < names.index("log"), "the file takes what is logged after it"
+    assert (tmp_path / "new").is_dir()
+
+
+def test_a_real_recording_is_written(tmp_path: Path) -> None:
+    pytest.importorskip("rerun")
+    write_rerun(a_look(), tmp_path / "look.rrd")
+    assert (tmp_path / "look.rrd").stat().st_size > 1000
