@@ -24,6 +24,7 @@ def recipe(name: str) -> LlakeyActionConfig:
     config = draccus.parse(TrainPipelineConfig, str(CONFIGS / f"{name}.yaml"), args=[]).policy
     assert isinstance(config, LlakeyActionConfig)
     features = small_config()
+    config.state_names = features.state_names
     config.input_features, config.output_features = features.input_features, features.output_features
     return config
 

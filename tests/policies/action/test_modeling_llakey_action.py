@@ -6,6 +6,7 @@ import torch
 
 from fakes_action import observation, small_config
 from lerobot_llakey import schema
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.action.modeling_llakey_action import LlakeyActionPolicy
 
 PUBLISHED = {"view_size": 20, "patch_size": 4, "token_width": 32, "transformer_layers": 2, "proprioception": "gripper"}
@@ -120,10 +121,12 @@ def test_deciding_is_repeatable_and_saved_policies_decide_alike(tmp_path):
 
 def test_missing_text_is_refused():
     batch, _, _ = observation(rows=2)
-    with pytest.raises(ValueError, match="Expected 'task' in the batch, got"):
-        make_policy().select_action(without_text(batch))
-    with pytest.raises(ValueError, match="got 1"):
-        make_policy().select_action(without_text(batch) | {schema.TASK: "grasp"})
+    with pytest.raises(LlakeyError, match=r"Expected 'instruction' in the batch, got .*, task; give an instruction"):
+        make_policy().select_action(without_text(batch) | {schema.TASK: batch[schema.TASK]})
+    with pytest.raises(LlakeyError, match="Expected 'task' in the batch, got"):
+        make_policy(condition_on="task").select_action(without_text(batch))
+    with pytest.raises(LlakeyError, match="got 1"):
+        make_policy().select_action(without_text(batch) | {schema.INSTRUCTION: "grasp"})
 
 
 def test_a_target_outside_the_workspace_names_its_row():

@@ -5,6 +5,7 @@ import pytest
 from lerobot.configs import PreTrainedConfig
 from lerobot.policies.factory import get_policy_class
 
+from lerobot_llakey import schema
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.action.configuration_llakey_action import LlakeyActionConfig
 from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
@@ -78,7 +79,7 @@ def test_the_search_finds_numbers_alone_and_in_lists() -> None:
 
 @pytest.mark.parametrize(("kind", "name", "depth"), NUMBERS, ids=lambda value: getattr(value, "__name__", str(value)))
 def test_every_number_of_the_settings_is_held_against_sense(kind: type, name: str, depth: int) -> None:
-    default = getattr(kind(device="cpu"), name)
+    default = schema.WORKSPACE if name == "workspace" else getattr(kind(device="cpu"), name)
     for value in (math.nan, math.inf, -math.inf, -1e9, "7"):
         wrong: Any = value
         if depth == 1:

@@ -45,7 +45,7 @@ def _worded(root: Path, texts: str, grammar: object = None, without: tuple[str, 
             for key, column in columns.items()
         }
 
-    features = schema.keystep_features(32, 32)
+    features = schema.label_features()
     told = {key: dict(features[key]) for key in (schema.INSTRUCTION, schema.PREVIOUS_INSTRUCTION)}
     if grammar is not None:
         told[schema.INSTRUCTION]["info"] = {INFO_KEY: grammar}

@@ -1,6 +1,7 @@
 import json
 
 from fakes_steps import a_step
+from lerobot_llakey import schema
 
 
 def test_a_step_can_be_written_down() -> None:
@@ -9,6 +10,6 @@ def test_a_step_can_be_written_down() -> None:
         3,
         None,
         True,
-        15,
-        9,
+        schema.HAND_DIM,
+        schema.ACTION_DIM,
     )

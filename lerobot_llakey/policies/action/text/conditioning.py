@@ -47,7 +47,8 @@ def _instructions(batch: Mapping[str, Any], config: LlakeyActionConfig, rows: in
     if schema.INSTRUCTION in batch:
         return text_column(batch, schema.INSTRUCTION, rows)
     if config.instruction_source == "oracle" and schema.ORACLE_INSTRUCTION in batch:
-        return text_column(batch, schema.ORACLE_INSTRUCTION, rows)
+        # Empty where the expert has nothing left to do.
+        return text_column(batch, schema.ORACLE_INSTRUCTION, rows, may_be_empty=True)
     raise LlakeyError(
         f"Expected {schema.INSTRUCTION!r} in the batch, got {', '.join(sorted(batch))}; give an instruction a row, act "
         "in an environment with --env.oracle_instructions=true, compose a hierarchy, or train with condition_on=task."

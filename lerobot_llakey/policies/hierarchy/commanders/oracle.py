@@ -20,5 +20,6 @@ class OracleCommander(Commander):
                 f"Expected {schema.ORACLE_INSTRUCTION!r} in the batch for commander='oracle', got {sorted(batch)}; "
                 "switch it on in the environment (--env.oracle_instructions=true) or use commander=policy."
             )
-        texts = text_column(batch, schema.ORACLE_INSTRUCTION)
+        # Empty where the expert has nothing left to do.
+        texts = text_column(batch, schema.ORACLE_INSTRUCTION, may_be_empty=True)
         return [Said(texts[row], "oracle") for row in rows]
