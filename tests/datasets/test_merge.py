@@ -90,7 +90,7 @@ def test_other_features_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     monkeypatch.delitem(FEATURES, schema.STATE)
     second = tmp_path / "b"
     with ImageDatasetWriter("local/part", second, 10, FEATURES) as writer:
-        zeros = {key: np.zeros(value["shape"], value["dtype"]) for key, value in FEATURES.items() if "front" not in key}
+        zeros = {schema.intrinsics_key("front"): np.zeros(4, np.float32)}
         writer.add_episode([zeros | {schema.image_key("front"): np.zeros((8, 8, 3), np.uint8), schema.TASK: "lift"}])
     with pytest.raises(ValueError, match=rf"columns of .*a in .*b, which has no {schema.STATE};"):
         merge([first, second], tmp_path / "both", "local/both")

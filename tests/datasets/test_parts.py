@@ -65,7 +65,7 @@ def test_datasets_grow_and_leave_nothing_beside_them(tmp_path: Path, grow: Grow,
     assert [path.name for path in (tmp_path / "b").iterdir()] == ["others"]
 
 
-OPERATIONS = ("merge_into", "replace_folder", "read_record", "_sweep", "remove", "write_whole", "_level")
+OPERATIONS = ("merge_into", "replace_folder", "read_record", "_sweep", "remove", "write_whole")
 
 
 @pytest.mark.parametrize("operation", OPERATIONS)
