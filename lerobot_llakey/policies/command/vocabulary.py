@@ -29,7 +29,7 @@ def dataset_instructions(dataset_meta: Any) -> list[str]:
         The instructions; an empty list where the files are not on this disk (a streamed dataset).
 
     Raises:
-        LlakeyError: if the dataset has no ``observation.instruction`` column.
+        LlakeyError: if the dataset has no ``instruction`` column.
     """
     if schema.INSTRUCTION not in dataset_meta.features:
         raise LlakeyError(

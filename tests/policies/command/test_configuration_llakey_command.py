@@ -23,7 +23,10 @@ def test_settings_survive_saving(small_config, tmp_path):
         ({"max_new_tokens": 1}, "max_new_tokens to be a whole number from 2 to 4096, got 1"),
         ({"words": ["the", "red"]}, "words in alphabetical order, .* got the, red"),
         ({"words": ["red", "red"]}, "each of words once, got 'red'"),
-        ({"instructions": ["dance", "grasp the lid"]}, r"grammar of basic actions, got 1 outside it \('dance'\)"),
+        (
+            {"instructions": ["dance", "grasp the lid"]},
+            r"the grammar 'basic', got 1 outside it \('dance'\)",
+        ),
         ({"instructions": [7]}, r"instructions as a list of texts, got \[7\]"),
         ({"text_width": 250}, "text_heads that divide text_width, got 4 and 250"),
         ({"workspace": [[0, 1], [1, 0], [0, 1]]}, "low, high"),

@@ -1,5 +1,6 @@
 import torch
 
+from lerobot_llakey.instructions import BASIC_GRAMMAR
 from lerobot_llakey.policies.command.encoding import IGNORED
 from lerobot_llakey.policies.command.pretrained.encoder import ProcessorEncoder
 from lerobot_llakey.policies.command.pretrained.loading import load_pretrained
@@ -30,7 +31,7 @@ def _check(encoder, image_id: int, image_tokens: int) -> dict[str, torch.Tensor]
 
 
 def test_word_encoder_pads_on_the_left_and_labels_only_answers():
-    tokenizer = WordTokenizer(grammar_words(), sentences(["front", "wrist"]))
+    tokenizer = WordTokenizer(grammar_words(BASIC_GRAMMAR), sentences(["front", "wrist"]))
     inputs = _check(WordEncoder(tokenizer, 16, 4), tokenizer.image_id, 4)
     assert inputs["attention_mask"][0, 0] == 0 and inputs["attention_mask"][1, 0] == 1
     assert inputs["pixel_values"].shape == (4, 3, 16, 16)
@@ -38,7 +39,7 @@ def test_word_encoder_pads_on_the_left_and_labels_only_answers():
 
 
 def test_word_encoder_resizes_other_images():
-    encoder = WordEncoder(WordTokenizer(grammar_words()), 8, 1)
+    encoder = WordEncoder(WordTokenizer(grammar_words(BASIC_GRAMMAR)), 8, 1)
     assert encoder.prompts(torch.rand(2, 2, 3, 16, 16), PROMPTS)["pixel_values"].shape == (4, 3, 8, 8)
 
 

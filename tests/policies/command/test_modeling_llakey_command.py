@@ -116,7 +116,7 @@ def test_order_of_views_matters(small_settings, keysteps, batch):
     for place, key in enumerate(policy.config.image_keys):
         batch[key] = torch.full_like(batch[key], float(place == 0))  # views that differ as much as they can
     first, _ = policy.forward(batch)
-    policy.config.views = policy.config.views[::-1]
+    policy.config.cameras = policy.config.cameras[::-1]
     assert abs(first.item() - policy.forward(batch)[0].item()) > 1e-4  # more than another order of summation
 
 
@@ -200,8 +200,8 @@ def test_bad_input_is_named(policy, batch, small_settings, keysteps):
     without_view = {key: value for key, value in batch.items() if "images.front" not in key}
     with pytest.raises(ValueError, match=r"add observation\.images\.front"):
         policy.next_instructions(without_view)
-    without_label = {key: value for key, value in batch.items() if key != schema.INSTRUCTION}
-    with pytest.raises(ValueError, match=r"'observation\.instruction' in the batch"):
+    without_label = {key: value for key, value in batch.items() if key not in (schema.INSTRUCTION, schema.INDEX)}
+    with pytest.raises(ValueError, match=r"'instruction' in the batch"):
         policy.forward(without_label)
     with pytest.raises(ValueError, match="'task' in the batch"):
         policy.next_instructions({key: value for key, value in batch.items() if key != schema.TASK})
@@ -233,10 +233,10 @@ def test_tells_hands_apart_that_only_their_state_tells_apart(small_settings, key
     [
         (schema.TASK, "", "words in task, got an empty text"),
         (schema.TASK, None, "a text in task, got None"),
-        (schema.INSTRUCTION, math.nan, "a text in observation.instruction, got nan"),
-        (schema.INSTRUCTION, "grasp <next goal>", "words alone in observation.instruction, got '<next goal>'"),
-        (schema.PREVIOUS_INSTRUCTION, "grasp " * 1700, "at most 1000 characters in observation.previous_instruction"),
-        (schema.PREVIOUS_INSTRUCTION, "<image>", "words alone in observation.previous_instruction, got '<image>'"),
+        (schema.INSTRUCTION, math.nan, "a text in instruction, got nan"),
+        (schema.INSTRUCTION, "grasp <next goal>", "words alone in instruction, got '<next goal>'"),
+        (schema.PREVIOUS_INSTRUCTION, "grasp " * 1700, "at most 1000 characters in previous_instruction"),
+        (schema.PREVIOUS_INSTRUCTION, "<image>", "words alone in previous_instruction, got '<image>'"),
     ],
 )
 def test_texts_that_make_no_sense_are_refused_with_their_row(policy, batch, key, value, said):

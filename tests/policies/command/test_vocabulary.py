@@ -20,5 +20,5 @@ def test_files_that_are_not_here_give_no_instructions(tmp_path):
 
 def test_dataset_without_instructions_is_named(tmp_path):
     dataset = fake_keysteps(tmp_path / "d", episodes=1, frames=2, cameras=("front",), without=(schema.INSTRUCTION,))
-    with pytest.raises(ValueError, match=r"column 'observation.instruction', got 'llakey/fake_keysteps' without it"):
+    with pytest.raises(ValueError, match=r"column 'instruction', got 'llakey/fake_keysteps' without it"):
         dataset_instructions(dataset.meta)

@@ -150,6 +150,7 @@ def chat_settings(server: Server) -> dict[str, Any]:
         "backend": "chat",
         "base_url": server.url,
         "model": "tiny",
+        "cameras": ["left_shoulder", "right_shoulder", "front"],
     }
 
 

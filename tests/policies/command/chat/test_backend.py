@@ -33,8 +33,8 @@ def test_a_served_model_sees_the_images_and_reads_the_task(served_llava):
 
 
 def _ask(config: LlakeyCommandConfig, rows: int = 1) -> list[str]:
-    prompts = [Prompt(tuple(config.views), f"task {row}", "") for row in range(rows)]
-    return ChatBackend(config).answers(torch.rand(rows, len(config.views), 3, 32, 32), prompts)
+    prompts = [Prompt(tuple(config.cameras), f"task {row}", "") for row in range(rows)]
+    return ChatBackend(config).answers(torch.rand(rows, len(config.cameras), 3, 32, 32), prompts)
 
 
 @pytest.mark.parametrize("guidance", ["none", "forms", "known"])

@@ -54,5 +54,5 @@ def test_datasets_that_do_not_serve_are_named(keysteps, tmp_path):
     with pytest.raises(ValueError, match=r"add observation\.images\.elbow"):
         draw_examples(_settings(keysteps, 1), ("elbow",), history=True)
     bare = fake_keysteps(tmp_path / "bare", episodes=1, image_size=16, without=(schema.INSTRUCTION,))
-    with pytest.raises(ValueError, match=r"with the column 'observation\.instruction'"):
+    with pytest.raises(ValueError, match=r"with the column 'instruction'"):
         draw_examples(_settings(bare, 1), VIEWS, history=True)

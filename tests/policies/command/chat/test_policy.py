@@ -92,7 +92,7 @@ def test_a_composed_policy_acts_and_keeps_the_last_instruction_when_the_server_f
     LlakeyCommandPolicy(chat_config).save_pretrained(tmp_path / "chat")
     hierarchy = LlakeyPolicy(LlakeyConfig(action=small_config(), commander="task", device="cpu", push_to_hub=False))
     hierarchy.action.save_pretrained(tmp_path / "action")
-    named = LlakeyCommandConfig(backend="chat", model="tiny", base_url=server.url, device="cpu")
+    named = LlakeyCommandConfig(backend="chat", model="tiny", base_url=server.url, device="cpu", cameras=["front"])
     policy = compose(tmp_path / "chat", tmp_path / "action", tmp_path / "llakey", command=named)
     policy.config.command.chat.max_parallel = 1
     policy.command.chat.settings.max_parallel = 1

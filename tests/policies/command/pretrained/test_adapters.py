@@ -106,7 +106,8 @@ def test_lora_on_a_model_by_name_is_trained_loaded_and_merged(family, by_script,
     assert isinstance(apart, peft.PeftModel)
     merged = LlakeyCommandPolicy.from_pretrained(folder)
     assert type(merged) is LlakeyCommandPolicy and not merged.config.use_peft
-    untrained = LlakeyCommandPolicy(LlakeyCommandConfig(device="cpu", model=str(base), dtype="float32")).eval()
+    fresh = LlakeyCommandConfig(device="cpu", model=str(base), dtype="float32", cameras=merged.config.cameras)
+    untrained = LlakeyCommandPolicy(fresh).eval()
 
     losses = [policy.forward(batch)[0].item() for policy in (apart, merged, untrained)]
     assert losses[0] == pytest.approx(losses[1], abs=1e-4)

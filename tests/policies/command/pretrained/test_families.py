@@ -43,7 +43,10 @@ def test_it_learns_answers_and_is_saved(family, keysteps, tmp_path):
 
 @pytest.mark.parametrize("family", TINY)
 def test_no_token_of_an_answer_sees_the_next(family, tmp_path):
-    config = LlakeyCommandConfig(device="cpu", model=str(write_tiny(family, tmp_path)), dtype="float32")
+    model = str(write_tiny(family, tmp_path))
+    config = LlakeyCommandConfig(
+        device="cpu", model=model, dtype="float32", cameras=["left_shoulder", "front", "wrist"]
+    )
     policy = LlakeyCommandPolicy(config).eval()
     batch = {key: torch.rand(2, 3, 32, 32) for key in config.image_keys} | {schema.TASK: ["grasp the red block"] * 2}
     answers = ["grasp the red block", "grasp the red lid"]

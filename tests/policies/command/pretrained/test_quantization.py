@@ -20,13 +20,16 @@ def test_four_bits_are_those_of_qlora():
 def test_a_machine_without_what_it_needs_is_named(tmp_path, monkeypatch):
     monkeypatch.setattr(torch.cuda, "is_available", lambda: False)
     monkeypatch.setattr(quantization, "find_spec", lambda name: None)
-    config = LlakeyCommandConfig(device="cpu", model=str(write_tiny("llava", tmp_path)), quantize="4bit")
+    config = LlakeyCommandConfig(
+        device="cpu", model=str(write_tiny("llava", tmp_path)), quantize="4bit", cameras=["front"]
+    )
     with pytest.raises(ValueError, match="quantize=4bit, got a machine without bitsandbytes and a CUDA GPU"):
         LlakeyCommandPolicy(config)
 
 
 def test_weights_of_four_bits_are_not_trained_without_adapters(tmp_path):
-    policy = LlakeyCommandPolicy(LlakeyCommandConfig(device="cpu", model=str(write_tiny("llava", tmp_path))))
+    model = str(write_tiny("llava", tmp_path))
+    policy = LlakeyCommandPolicy(LlakeyCommandConfig(device="cpu", model=model, cameras=["front"]))
     policy.config.quantize = "4bit"
     with pytest.raises(ValueError, match=r"Expected adapters to train with quantize=4bit.*--peft"):
         policy.get_optim_params()

@@ -4,6 +4,7 @@ import pytest
 import torch
 from transformers import DynamicCache
 
+from lerobot_llakey.instructions import BASIC_GRAMMAR
 from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
 from lerobot_llakey.policies.command.small.build import build_small
 from lerobot_llakey.policies.command.small.last_layer import LastLayer, read_last
@@ -13,7 +14,7 @@ from lerobot_llakey.policies.command.small.tokenizer import WordTokenizer, gramm
 @pytest.fixture
 def model(small_config: LlakeyCommandConfig):
     torch.manual_seed(0)
-    return build_small(small_config, WordTokenizer(grammar_words()))
+    return build_small(small_config, WordTokenizer(grammar_words(BASIC_GRAMMAR)))
 
 
 def _inputs(tokens: int, padded: int) -> dict[str, torch.Tensor]:
