@@ -6,12 +6,14 @@ making; labelled by the expert, these become training samples.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from lerobot_llakey import schema
-from lerobot_llakey.rollout.actors import Actor
+from lerobot_llakey.rollout.actors import Actor, Decision
+from lerobot_llakey.rollout.episode import run_episode
 from lerobot_llakey.sim.env import LlakeySimEnv
 from lerobot_llakey.sim.recorder import frame_columns, waypoint_action
 from lerobot_llakey.sim.tasks.base import Waypoint
@@ -39,35 +41,49 @@ def visited_frames(
     Returns:
         One frame for each state in which the expert knew what to do; none where the scene was solved from the start.
     """
-    actor.reset()
-    observation, _ = env.reset(seed=scene)
-    frames: list[Frame] = []
-    previous, stuck, over = "", False, False
-    while not over and (waypoints := env.world.task.plan(env.world)):
-        frames.append(_labelled(env, waypoints[0], previous, len(frames)))
-        action, said = actor.act(env, observation)
-        helped = stuck or rng.random() < expert_share
-        if helped:
-            action, said = waypoint_action(waypoints[0]), waypoints[0].instruction
-        before = env.world.state()
-        observation, _, terminated, truncated, _ = env.step(np.asarray(action, dtype=np.float32))
-        stuck = bool(np.abs(env.world.state() - before).max() < _STILL)
+    corrected = _Corrected(actor, rng, expert_share)
+    run_episode(env, corrected, scene)
+    return corrected.frames
+
+
+class _Corrected:
+    """Acts as somebody else, or as the expert, and keeps what the expert would have done in each state."""
+
+    def __init__(self, actor: Actor, rng: np.random.Generator, expert_share: float) -> None:
+        self._actor, self._rng, self._expert_share = actor, rng, expert_share
+        self.frames: list[Frame] = []
+        self._previous, self._helped = "", False
+
+    def reset(self, seed: int | None = None) -> None:
+        self._actor.reset(seed)
+
+    def act(self, env: LlakeySimEnv, observation: Mapping[str, Any]) -> Decision | None:
+        state = observation["agent_pos"]
+        stuck = bool(self.frames) and bool(np.abs(state - self.frames[-1][schema.STATE]).max() < _STILL)
         # Where not even the expert gets on there is nothing more to learn.
-        previous, over = said, terminated or truncated or (helped and stuck)
-    return frames
+        if (stuck and self._helped) or (waypoint := env.expert_waypoint()) is None:
+            return None
+        self.frames.append(_labelled(env, observation, waypoint, self._previous))
+        decision = self._actor.act(env, observation)
+        self._helped = stuck or self._rng.random() < self._expert_share
+        if self._helped:
+            decision = waypoint_action(waypoint), waypoint.instruction
+        self._previous = "" if decision is None else decision[1]
+        return decision
 
 
-def _labelled(env: LlakeySimEnv, waypoint: Waypoint, previous: str, step: int) -> Frame:
-    """The present state with the expert's action and instruction."""
+def _labelled(env: LlakeySimEnv, observation: Mapping[str, Any], waypoint: Waypoint, previous: str) -> Frame:
+    """An observation with the expert's action and instruction."""
     task, disturbance = env.world.task, env.world.disturbance
+    step = int(observation["step"][0])
     return frame_columns(env.pictures) | {
         schema.TASK: task.description,
-        schema.STATE: env.world.state(),
-        schema.VELOCITY: env.world.velocity(),
+        schema.STATE: observation["agent_pos"],
+        schema.VELOCITY: observation["velocity"],
         schema.ACTION: waypoint_action(waypoint),
         schema.INSTRUCTION: waypoint.instruction,
         schema.PREVIOUS_INSTRUCTION: previous,
-        schema.STEP: np.array([step], dtype=np.float32),
+        schema.STEP: observation["step"],
         schema.IS_KEYFRAME: np.array([step > 0]),
         schema.KEYFRAME_INDEX: np.array([step]),
         schema.NEXT_KEYFRAME: np.array([step + 1]),

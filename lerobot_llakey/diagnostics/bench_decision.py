@@ -44,7 +44,7 @@ def bench_decision(
         Median milliseconds of the whole decision and of each part, and how many times as long the first ``dtype``
         takes as each other one.
     """
-    agent = Agent.load(path, overrides=[f"--device={device}"])
+    agent = Agent.load(path, overrides={"device": device})
     rows = _rows(agent, dataset, steps)
     ways = _ways(agent)
 
@@ -85,7 +85,7 @@ def bench_batch(
         action part, how many gripper or collision flags differ, and how many instructions of the command part; and
         the same between the precisions, each row alone.
     """
-    agent = Agent.load(path, overrides=[f"--device={device}"])
+    agent = Agent.load(path, overrides={"device": device})
     if isinstance(agent.policy, LlakeyCommandPolicy):
         raise LlakeyError(
             f"Expected a policy that acts, of type llakey or llakey_action, got a llakey_command at {path}; compose "

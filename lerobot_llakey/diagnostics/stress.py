@@ -13,8 +13,9 @@ from scipy.spatial.transform import Rotation
 from tqdm import tqdm
 
 from lerobot_llakey import schema
+from lerobot_llakey.diagnostics.worlds import world_of
 from lerobot_llakey.geometry import Pose
-from lerobot_llakey.parallel import run_jobs, world_of
+from lerobot_llakey.parallel import run_jobs
 from lerobot_llakey.sim.expert import MAX_STEPS
 from lerobot_llakey.sim.planning import PlanningError
 from lerobot_llakey.sim.world import World

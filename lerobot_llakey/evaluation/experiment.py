@@ -73,14 +73,15 @@ def run_experiment(
     for row, reason in found.missing.items():
         print(f"skipped: {row} ({reason})")
     with alone_in(output.folder):
-        claim(output.folder, settings_of(plan, rows, found.missing))
+        settings = settings_of(plan, rows, found.missing)
+        claim(output.folder, settings)
         records = Records(output.folder / EPISODES)
         run_missing(plan, found.rows, records, output.num_workers)
         figures, page = report(plan, found.rows, records, found.missing, output.folder)
         if samples is not None:
             figures["abilities"] = measure_rows(found.rows, samples, output.folder)
             page += f"\n{ability_page(plan.tasks, figures['abilities'])}"
-        results = {"settings": settings_of(plan, rows, found.missing), "missing": found.missing, **figures}
+        results = {"settings": settings, "missing": found.missing, **figures}
         write_whole(output.folder / "results.json", json.dumps(results, indent=2))
         write_whole(output.folder / TABLE, page)
         make_missing_films(

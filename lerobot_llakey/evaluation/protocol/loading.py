@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Mapping
+from typing import Any
 
 import draccus
 
@@ -11,7 +13,7 @@ from lerobot_llakey.evaluation.protocol.rows import EXPERT, Row
 from lerobot_llakey.policies.hierarchy.configuration_llakey import LlakeyConfig
 from lerobot_llakey.policies.hierarchy.modeling_llakey import LlakeyPolicy
 from lerobot_llakey.policies.hierarchy.processor_llakey import make_llakey_pre_post_processors
-from lerobot_llakey.rollout.actors import Actor, Agent, Expert
+from lerobot_llakey.rollout.actors import Actor, Agent, Expert, command_line
 from lerobot_llakey.saved.folder import find_checkpoint, inspect_checkpoint, require_file
 
 _BLOCK = 1 << 20
@@ -62,23 +64,21 @@ def load_row(row: Row, oracle: bool = False) -> Actor:
     """
     if row.policy_path == EXPERT:
         return Expert()
-    arguments = row.arguments()
-    for name in ("command_path", "action_path"):
-        if path := getattr(row, name):
-            arguments.append(f"--{name}={path}")
+    paths = {"command_path": row.command_path, "action_path": row.action_path}
+    overrides = {**row.overrides, **{name: path for name, path in paths.items() if path}}
     if row.policy_path:
-        agent = Agent.load(row.policy_path, oracle, arguments)
+        agent = Agent.load(row.policy_path, oracle, overrides)
     else:
-        agent = _joined([*arguments, "--commander=oracle"] if oracle else arguments)
+        agent = _joined(overrides | {"commander": "oracle"} if oracle else overrides)
     command = getattr(agent.policy, "command", None)
     if row.views and command is not None:
         command.config.views = list(row.views)
     return agent
 
 
-def _joined(arguments: list[str]) -> Agent:
+def _joined(overrides: Mapping[str, Any]) -> Agent:
     """A hierarchy out of a command and an action policy."""
-    policy = LlakeyPolicy(draccus.parse(LlakeyConfig, args=arguments)).eval()
+    policy = LlakeyPolicy(draccus.parse(LlakeyConfig, args=command_line(overrides))).eval()
     preprocessor, postprocessor = make_llakey_pre_post_processors(policy.config)
     return Agent(policy, preprocessor, postprocessor)
 

@@ -25,7 +25,9 @@ def settings_of(plan: Plan, rows: Sequence[Row], missing: Mapping[str, str]) -> 
         rows: of the table.
         missing: names of the rows that cannot be run, with the reason.
     """
-    described = {row.name: asdict(row) | {"weights": None if row.name in missing else fingerprint(row)} for row in rows}
+    described = {
+        row.name: row.described() | {"weights": None if row.name in missing else fingerprint(row)} for row in rows
+    }
     # Through JSON once, so that tuples and lists compare as they will when read again.
     return dict(json.loads(json.dumps({"plan": asdict(plan), "rows": described})))
 
