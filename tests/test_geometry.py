@@ -13,6 +13,7 @@ from lerobot_llakey.geometry import (
     matrix_to_quaternion,
     pinhole_intrinsics,
     quaternion_to_matrix,
+    rotation_error,
     top_down,
     unproject,
 )
@@ -75,3 +76,18 @@ def test_quaternions_of_any_length_are_brought_to_one(length: float) -> None:
 def test_a_quaternion_without_length_is_named() -> None:
     with pytest.raises(ValueError, match=r"1\.e-20"):
         canonical_quaternion(np.array((0.0, 0.0, 1e-20, 0.0)))
+
+
+def test_rotation_error_forgives_half_a_turn_of_the_gripper_only() -> None:
+    hand = Rotation.from_quat(top_down(0.2))
+    tilted = Rotation.from_euler("x", 8, degrees=True) * hand
+    others = [
+        hand * Rotation.from_euler("z", 180, degrees=True),
+        tilted,
+        tilted * Rotation.from_euler("z", 180, degrees=True),
+        hand * Rotation.from_euler("x", 180, degrees=True),
+    ]
+    first = torch.from_numpy(hand.as_quat()).float().expand(4, 4)
+    second = torch.from_numpy(np.stack([other.as_quat() for other in others])).float()
+    for signed in (second, -second):
+        assert torch.allclose(rotation_error(first, signed).float(), torch.tensor([0.0, 8, 8, 180]), atol=0.1)

@@ -17,7 +17,7 @@ from lerobot_llakey import schema
 from lerobot_llakey.diagnostics.bench_policy import DTYPES, against
 from lerobot_llakey.diagnostics.bench_turns import in_turns, precision
 from lerobot_llakey.errors import LlakeyError
-from lerobot_llakey.evaluation.keyframe_accuracy import rotation_error
+from lerobot_llakey.geometry import rotation_error
 from lerobot_llakey.policies.command.modeling_llakey_command import LlakeyCommandPolicy
 from lerobot_llakey.policies.hierarchy.modeling_llakey import LlakeyPolicy
 from lerobot_llakey.policies.precision import resolve
