@@ -11,10 +11,11 @@ from typing import Any
 from lerobot_llakey.evaluation.lower_part import AbilitySamples, ability_page, measure_rows
 from lerobot_llakey.evaluation.protocol import markdown, plots
 from lerobot_llakey.evaluation.protocol.estimate import Estimate, estimate
+from lerobot_llakey.evaluation.protocol.loading import runnable
 from lerobot_llakey.evaluation.protocol.plan import Plan
 from lerobot_llakey.evaluation.protocol.records import Records
 from lerobot_llakey.evaluation.protocol.rows import Row
-from lerobot_llakey.evaluation.protocol.runner import EPISODES, VIDEOS, make_missing_films, run_missing, runnable
+from lerobot_llakey.evaluation.protocol.runner import EPISODES, VIDEOS, make_missing_films, run_missing
 from lerobot_llakey.evaluation.protocol.settings import claim, settings_of
 from lerobot_llakey.evaluation.protocol.summary import summarise_rollback, summarise_table
 from lerobot_llakey.files import alone_in, write_whole
