@@ -107,7 +107,8 @@ def plot_ambiguity(path: Path, summary: Sequence[Mapping[str, Any]]) -> None:
     chart = BarChart(names, len(tests), "success in %")
     for test in tests:
         found = [by_key.get((*group, test)) for group in groups]
-        shares, bounds = ([cells and cells[name] for cells in found] for name in ("success", "interval"))
+        shares = [None if cells is None else cells["success"] for cells in found]
+        bounds = [None if cells is None else cells["interval"] for cells in found]
         for place, cells in zip(chart.add(TESTS[test], shares, bounds), found, strict=True):
             if cells is not None and (value := _papers(cells)) is not None:
                 chart.mark(place, value, FROM_THE_PAPER)
