@@ -129,6 +129,19 @@ def top_down(yaw: float = 0.0) -> np.ndarray:
     return canonical_quaternion((Rotation.from_euler("z", yaw) * Rotation.from_quat(DOWN)).as_quat())
 
 
+def rotation_error(first: Tensor, second: Tensor) -> Tensor:
+    """Angle in degrees (B,) between hands with quaternions (B, 4) xyzw of either sign.
+
+    A parallel gripper is the same after half a turn about its own z axis, so the smaller of both angles counts: in
+    training, in keyframe accuracy and wherever else a rotation is judged.
+    """
+    first, second = (torch.nn.functional.normalize(each.double(), dim=-1) for each in (first, second))
+    x, y, z, w = first.unbind(-1)
+    half_turned = torch.stack((y, -x, w, -z), dim=-1)
+    cosines = torch.stack([(each * second).sum(dim=-1).abs() for each in (first, half_turned)]).amax(dim=0)
+    return torch.rad2deg(2 * cosines.clamp(max=1.0).arccos())
+
+
 def quaternion_to_matrix(quaternion: Tensor) -> Tensor:
     """Rotation matrices (..., 3, 3) of unit quaternions (..., 4) xyzw."""
     x, y, z, w = quaternion.unbind(-1)

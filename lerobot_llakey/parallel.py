@@ -1,8 +1,7 @@
-"""Running many episodes in several processes, each of which keeps the scenes that it has compiled."""
+"""Work in several processes, none of which outlives the one that started it."""
 
 from __future__ import annotations
 
-import functools
 import os
 import signal
 import threading
@@ -14,12 +13,15 @@ from typing import Any
 
 import torch
 
-from lerobot_llakey.sim.simulation import Simulation
-from lerobot_llakey.sim.tasks import make_task
+_kept: dict[Callable[..., Any], tuple[tuple[Any, ...], Any]] = {}
+_listener: Callable[[Any], None] | None = None
 
 
 def run_jobs[Result](
-    work: Callable[..., Result], jobs: Sequence[tuple[Any, ...]], num_workers: int = 0
+    work: Callable[..., Result],
+    jobs: Sequence[tuple[Any, ...]],
+    num_workers: int = 0,
+    hear: Callable[[Any], None] | None = None,
 ) -> Iterator[Result]:
     """Call a module's function with each of the arguments.
 
@@ -27,17 +29,26 @@ def run_jobs[Result](
         work: what to call, a function that other processes can import.
         jobs: its arguments, call by call.
         num_workers: processes; one for each CPU core where 0, none but this one where 1.
+        hear: called here with whatever the calls :func:`tell` on their way.
 
     Yields:
         What the calls return, in the order in which they end.
     """
+    global _listener
     workers = min(num_workers or os.cpu_count() or 1, len(jobs))
     if workers <= 1:
-        for job in jobs:
-            yield work(*job)
+        _listener = hear
+        try:
+            for job in jobs:
+                yield work(*job)
+        finally:
+            _listener = None
         return
-    # Fresh processes: OpenGL contexts and PyTorch's threads do not survive a fork.
-    with ProcessPoolExecutor(workers, get_context("spawn"), _begin) as pool:
+    told = None if hear is None else get_context("spawn").SimpleQueue()
+    if told is not None:
+        listening = threading.Thread(target=_hear, args=(told, hear), daemon=True)
+        listening.start()
+    with process_pool(workers, told) as pool:
         try:
             for future in as_completed([pool.submit(work, *job) for job in jobs]):
                 yield future.result()
@@ -47,24 +58,63 @@ def run_jobs[Result](
                 for process in active_children():
                     process.terminate()
             raise
+    if told is not None:
+        told.put(None)
+        listening.join()
 
 
-def _begin() -> None:
-    """What a process does first: one thread, no life after the process that started it, and Ctrl-C is left to that."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    torch.set_num_threads(1)
+def tell(news: Any) -> None:
+    """Tell whoever runs this job how it goes; nothing where nobody wants to hear of it, or None is told."""
+    if _listener is not None and news is not None:
+        _listener(news)
+
+
+def process_pool(workers: int, told: Any = None) -> ProcessPoolExecutor:
+    """Fresh processes: OpenGL contexts and PyTorch's threads do not survive a fork.
+
+    Args:
+        workers: how many.
+        told: a queue for what they :func:`tell`.
+    """
+    return ProcessPoolExecutor(workers, get_context("spawn"), _begin, (told,))
+
+
+def end_with_parent(end: Callable[[], None]) -> None:
+    """Call a function once the process that started this one ends, also where it is killed."""
     parent = parent_process()
     if parent is not None:
-        threading.Thread(target=_end_with, args=(parent.sentinel,), daemon=True).start()
+        threading.Thread(target=_end_with, args=(parent.sentinel, end), daemon=True).start()
 
 
-def _end_with(sentinel: int) -> None:
-    """Wait for the starting process to end, also where it is killed; a pool's processes would wait for it for ever."""
+def kept[Made](make: Callable[..., Made], *arguments: Any) -> Made:
+    """What a function returns, the last of it kept in this process for whoever asks for the same again.
+
+    Jobs come in blocks that need the same policy or scene. What can be closed is closed once another takes its place.
+    """
+    if make in _kept and _kept[make][0] != arguments:
+        old = _kept.pop(make)[1]
+        if hasattr(old, "close"):
+            old.close()
+    if make not in _kept:
+        _kept[make] = arguments, make(*arguments)
+    made: Made = _kept[make][1]
+    return made
+
+
+def _begin(told: Any) -> None:
+    """What a process does first: one thread, no life after the process that started it, and Ctrl-C is left to that."""
+    global _listener
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    torch.set_num_threads(1)
+    end_with_parent(lambda: os._exit(1))  # a pool's processes would wait for it for ever
+    _listener = None if told is None else told.put
+
+
+def _end_with(sentinel: int, end: Callable[[], None]) -> None:
     wait([sentinel])
-    os._exit(1)
+    end()
 
 
-@functools.cache
-def simulation_of(task: str) -> Simulation:
-    """The simulation of a task, built once in each process."""
-    return Simulation(make_task(task))
+def _hear(told: Any, hear: Callable[[Any], None]) -> None:
+    while (news := told.get()) is not None:
+        hear(news)

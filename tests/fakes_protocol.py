@@ -34,8 +34,8 @@ class Hands:
         self.policy = SimpleNamespace(config=SimpleNamespace(commander=commander))
         self.step = 0
 
-    def reset(self) -> None:
-        self.step = 0
+    def reset(self, seed: int | None = None) -> None:
+        self.step, self.seed = 0, seed
 
     def act(self, env: LlakeySimEnv, observation: dict[str, Any]) -> tuple[np.ndarray, str]:
         action, instruction = Expert().act(env, observation)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from lerobot_llakey.evaluation.protocol.plan import Plan
 from lerobot_llakey.evaluation.protocol.records import ACTION, COMMAND, Record
 from lerobot_llakey.evaluation.protocol.rows import Row
-from lerobot_llakey.rollout.actors import Episode
+from lerobot_llakey.rollout.episode import Episode
 
 ROWS = [Row("ours", "x", paper="LLaKey 13B (3)"), Row("other", "y")]
 PLAN = Plan(("open_drawer", "close_jar"), num_episodes=2, repeats=4)

@@ -19,6 +19,7 @@ from lerobot_llakey.geometry import (
     pinhole_intrinsics,
     pose_to_matrix,
     quaternion_to_matrix,
+    rotation_error,
     top_down,
     unit_quaternion,
     unproject,
@@ -118,3 +119,18 @@ def test_a_single_quaternion_takes_the_nearer_sign() -> None:
     assert np.array_equal(nearest_sign(quaternion), -quaternion)
     assert np.array_equal(nearest_sign(quaternion, quaternion), quaternion)
     assert np.allclose(unit_quaternion(5 * quaternion), quaternion)
+
+
+def test_rotation_error_forgives_half_a_turn_of_the_gripper_only() -> None:
+    hand = Rotation.from_quat(top_down(0.2))
+    tilted = Rotation.from_euler("x", 8, degrees=True) * hand
+    others = [
+        hand * Rotation.from_euler("z", 180, degrees=True),
+        tilted,
+        tilted * Rotation.from_euler("z", 180, degrees=True),
+        hand * Rotation.from_euler("x", 180, degrees=True),
+    ]
+    first = torch.from_numpy(hand.as_quat()).float().expand(4, 4)
+    second = torch.from_numpy(np.stack([other.as_quat() for other in others])).float()
+    for signed in (second, -second):
+        assert torch.allclose(rotation_error(first, signed).float(), torch.tensor([0.0, 8, 8, 180]), atol=0.1)

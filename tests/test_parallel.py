@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from lerobot_llakey.parallel import run_jobs, simulation_of
+from lerobot_llakey.parallel import kept, run_jobs, tell
 
 
 @pytest.mark.parametrize("num_workers", [1, 2])
@@ -25,8 +25,29 @@ def test_processes_are_as_many_as_asked_for() -> None:
     assert os.getpid() not in set(run_jobs(os.getpid, [()] * 3, 2))
 
 
-def test_a_scene_is_built_once() -> None:
-    assert simulation_of("move_block") is simulation_of("move_block")
+@pytest.mark.parametrize("num_workers", [1, 2])
+def test_what_jobs_tell_on_their_way_is_heard(num_workers: int) -> None:
+    heard: list[int] = []
+    assert list(run_jobs(tell, [(1,), (2,), (3,)], num_workers, heard.append)) == [None] * 3
+    assert sorted(heard) == [1, 2, 3]
+    assert list(run_jobs(tell, [(4,)], num_workers)) == [None] and len(heard) == 3
+
+
+def test_the_last_thing_made_is_kept_and_closed_when_another_takes_its_place() -> None:
+    closed: list[str] = []
+
+    class Scene:
+        def __init__(self, name: str) -> None:
+            self.name = name
+
+        def close(self) -> None:
+            closed.append(self.name)
+
+    first = kept(Scene, "first")
+    assert kept(Scene, "first") is first and not closed
+    second = kept(Scene, "second")
+    assert closed == ["first"] and kept(Scene, "second") is second
+    assert kept(Scene, "first") is not first and closed == ["first", "second"]
 
 
 _ORPHANS = """

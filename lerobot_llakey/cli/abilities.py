@@ -15,7 +15,6 @@ from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.evaluation.abilities.files import write_abilities
 from lerobot_llakey.evaluation.abilities.measure import measure
 from lerobot_llakey.evaluation.abilities.report import markdown
-from lerobot_llakey.evaluation.protocol.rows import options
 from lerobot_llakey.rollout.actors import Agent
 
 
@@ -69,7 +68,7 @@ def command_policy(policy: Any, path: str) -> Any:
 @with_options
 def run(config: AbilitiesConfig) -> None:
     """Measure, print the tables, write the results."""
-    agent = Agent.load(config.policy_path, overrides=options(config.overrides))
+    agent = Agent.load(config.policy_path, overrides=config.overrides)
     policy = command_policy(agent.policy, config.policy_path)
     if config.constrain is not None:
         policy.config.constrain = config.constrain

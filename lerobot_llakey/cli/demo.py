@@ -13,10 +13,9 @@ from tqdm import tqdm
 from lerobot_llakey.cli.command_line import with_options
 from lerobot_llakey.cli.errors import one_sentence
 from lerobot_llakey.cli.output import write_results
-from lerobot_llakey.evaluation.protocol.rows import options
-from lerobot_llakey.parallel import run_jobs
-from lerobot_llakey.reporting.tables import success_table
-from lerobot_llakey.rollout.actors import Actor, Agent, Episode, Expert, run_episode
+from lerobot_llakey.parallel import kept, run_jobs
+from lerobot_llakey.rollout.actors import Actor, Agent, Expert
+from lerobot_llakey.rollout.episode import Episode, run_episode, success_table
 from lerobot_llakey.rollout.video import Film
 from lerobot_llakey.saved.folder import inspect_checkpoint
 from lerobot_llakey.sim.env import LlakeySimEnv
@@ -84,20 +83,6 @@ def run(config: DemoConfig) -> list[Episode]:
     return episodes
 
 
-_agents: dict[tuple[str, ...], Agent] = {}
-
-
-def _agent(config: DemoConfig) -> Actor:
-    """Who acts; a policy is loaded once in each process."""
-    if config.policy_path == _EXPERT:
-        return Expert()
-    given = options(config.overrides)
-    key = (config.policy_path, str(config.oracle), *given)
-    if key not in _agents:
-        _agents[key] = Agent.load(config.policy_path, config.oracle, given)
-    return _agents[key]
-
-
 def _episode(config: DemoConfig, task: str, index: int) -> Episode:
     filmed = index < config.num_videos
     env = LlakeySimEnv(
@@ -108,11 +93,14 @@ def _episode(config: DemoConfig, task: str, index: int) -> Episode:
         disturbance=config.disturbance,
     )
     seed = config.first_seed + index
-    film = Film(env) if filmed else None
-    episode = run_episode(env, _agent(config), seed, film.say if film else None)
-    if film is not None:
+    actor: Actor = Expert()
+    if config.policy_path != _EXPERT:
+        actor = kept(Agent.load, config.policy_path, config.oracle, config.overrides)
+    film = Film()
+    episode = run_episode(env, actor, seed, [film] if filmed else [])
+    if filmed:
         name = f"{task}_{seed:03d}_{'success' if episode.success else 'failure'}.mp4"
-        film.save(config.output_dir / "videos" / name, episode.success)
+        film.save(config.output_dir / "videos" / name)
     env.close()
     return episode
 

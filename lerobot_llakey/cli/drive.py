@@ -14,7 +14,6 @@ from lerobot_llakey.cli.errors import one_sentence
 from lerobot_llakey.drive.pilot import Pilot
 from lerobot_llakey.drive.session import Session
 from lerobot_llakey.drive.terminal import Terminal
-from lerobot_llakey.evaluation.protocol.rows import options
 from lerobot_llakey.rollout.actors import Agent
 from lerobot_llakey.saved.folder import inspect_checkpoint
 from lerobot_llakey.sim.env import LlakeySimEnv
@@ -85,7 +84,7 @@ def make_session(config: DriveConfig, agent: Agent | None = None) -> Session:
     if agent is None:
         inspect_checkpoint(config.policy_path)
     make_env(config.task).close()  # whatever is wrong with the settings is better told before the policy is loaded
-    pilot = Pilot(agent or Agent.load(config.policy_path, config.oracle, options(config.overrides)))
+    pilot = Pilot(agent or Agent.load(config.policy_path, config.oracle, config.overrides))
     session = Session(pilot, make_env, config.output_dir, config.split, config.pause_seconds)
     session.start(config.task, config.seed)
     return session

@@ -13,7 +13,6 @@ from lerobot_llakey.cli.errors import one_sentence
 from lerobot_llakey.cli.output import write_results
 from lerobot_llakey.datasets.opening import open_dataset
 from lerobot_llakey.evaluation.keyframe_accuracy import keyframe_accuracy
-from lerobot_llakey.evaluation.protocol.rows import options
 from lerobot_llakey.reporting.tables import markdown_table
 from lerobot_llakey.rollout.actors import Agent
 from lerobot_llakey.saved.folder import inspect_checkpoint
@@ -57,7 +56,7 @@ def run(config: KeyframeAccuracyConfig) -> None:
     """Measure, print the table, write the results."""
     inspect_checkpoint(config.policy_path)  # before a dataset is fetched for it
     dataset = open_dataset(config.repo_id, config.root)
-    agent = Agent.load(config.policy_path, overrides=options(config.overrides))
+    agent = Agent.load(config.policy_path, overrides=config.overrides)
     policy = getattr(agent.policy, "action", agent.policy)
     figures = keyframe_accuracy(policy, dataset, agent.preprocessor, None, config.num_samples, config.batch_size)
     rows = [

@@ -12,7 +12,6 @@ from lerobot_llakey.cli.command_line import with_options
 from lerobot_llakey.cli.errors import one_sentence
 from lerobot_llakey.cli.output import write_png
 from lerobot_llakey.datasets.opening import open_dataset
-from lerobot_llakey.evaluation.protocol.rows import options
 from lerobot_llakey.inspection.page import page, report
 from lerobot_llakey.inspection.rerun_file import require_rerun, write_rerun
 from lerobot_llakey.inspection.trace import look
@@ -51,7 +50,7 @@ def run(config: ShowConfig) -> None:
         require_rerun()
     inspect_checkpoint(config.policy_path)  # before a dataset is fetched for it
     dataset = open_dataset(config.repo_id, config.root)
-    agent = Agent.load(config.policy_path, overrides=options(config.overrides))
+    agent = Agent.load(config.policy_path, overrides=config.overrides)
     seen = look(agent.policy, dataset, config.index, agent.preprocessor)
     write_png(config.output, page(seen))
     if config.rerun is not None:

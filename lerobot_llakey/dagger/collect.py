@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 import shutil
-from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +18,7 @@ from lerobot_llakey.datasets.demonstrations import ROBOT_TYPE, sim_features
 from lerobot_llakey.datasets.image_dataset import ImageDatasetWriter
 from lerobot_llakey.datasets.parts import THROWN, growing
 from lerobot_llakey.datasets.places import check_space
-from lerobot_llakey.parallel import run_jobs
+from lerobot_llakey.parallel import kept, run_jobs
 from lerobot_llakey.rollout.actors import Agent
 from lerobot_llakey.sim.env import LlakeySimEnv
 from lerobot_llakey.sim.recorder import FPS
@@ -55,7 +54,6 @@ def collect(settings: DaggerSettings, root: Path, repo_id: str, num_workers: int
         growth.finish(list(planned))
 
 
-@lru_cache(maxsize=1)
 def _actors(path: str) -> tuple[Agent, Agent]:
     """The policy as it is, and with the expert's instructions."""
     return Agent.load(path), Agent.load(path, oracle=True)
@@ -79,7 +77,7 @@ def _collect_part(settings: DaggerSettings, task: str, start: int, stop: int, fo
         for number in range(start, stop):
             scene = settings.first_seed + number
             rng = np.random.default_rng((scene, len(task)))
-            actor = _actors(settings.policy_path)[number % 2]
+            actor = kept(_actors, settings.policy_path)[number % 2]
             if frames := visited_frames(env, actor, scene, rng, settings.expert_share):
                 writer.add_episode(frames)
     env.close()

@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from lerobot_llakey import schema
-from lerobot_llakey.rollout.actors import Actor
+from lerobot_llakey.rollout.actors import Actor, Decision
+from lerobot_llakey.rollout.episode import run_episode
 from lerobot_llakey.sim.env import LlakeySimEnv
 from lerobot_llakey.sim.recorder import frame_columns, waypoint_action
 from lerobot_llakey.sim.tasks.base import Waypoint
@@ -40,22 +41,35 @@ def visited_frames(
     Returns:
         One frame for each state in which the expert knew what to do; none where the scene was solved from the start.
     """
-    actor.reset()
-    observation, _ = env.reset(seed=scene)
-    frames: list[Frame] = []
-    previous, stuck, over = "", False, False
-    while not over and (waypoint := env.expert_waypoint()):
-        frames.append(_labelled(env, observation, waypoint, previous))
-        action, said = actor.act(env, observation)
-        helped = stuck or rng.random() < expert_share
-        if helped:
-            action, said = waypoint_action(waypoint), waypoint.instruction
-        before = observation["agent_pos"]
-        observation, _, terminated, truncated, _ = env.step(np.asarray(action, dtype=np.float32))
-        stuck = bool(np.abs(observation["agent_pos"] - before).max() < _STILL)
+    corrected = _Corrected(actor, rng, expert_share)
+    run_episode(env, corrected, scene)
+    return corrected.frames
+
+
+class _Corrected:
+    """Acts as somebody else, or as the expert, and keeps what the expert would have done in each state."""
+
+    def __init__(self, actor: Actor, rng: np.random.Generator, expert_share: float) -> None:
+        self._actor, self._rng, self._expert_share = actor, rng, expert_share
+        self.frames: list[Frame] = []
+        self._previous, self._helped = "", False
+
+    def reset(self, seed: int | None = None) -> None:
+        self._actor.reset(seed)
+
+    def act(self, env: LlakeySimEnv, observation: Mapping[str, Any]) -> Decision | None:
+        state = observation["agent_pos"]
+        stuck = bool(self.frames) and bool(np.abs(state - self.frames[-1][schema.STATE]).max() < _STILL)
         # Where not even the expert gets on there is nothing more to learn.
-        previous, over = said, terminated or truncated or (helped and stuck)
-    return frames
+        if (stuck and self._helped) or (waypoint := env.expert_waypoint()) is None:
+            return None
+        self.frames.append(_labelled(env, observation, waypoint, self._previous))
+        decision = self._actor.act(env, observation)
+        self._helped = stuck or self._rng.random() < self._expert_share
+        if self._helped:
+            decision = waypoint_action(waypoint), waypoint.instruction
+        self._previous = "" if decision is None else decision[1]
+        return decision
 
 
 def _labelled(env: LlakeySimEnv, observation: Mapping[str, Any], waypoint: Waypoint, previous: str) -> Frame:

@@ -10,14 +10,8 @@ from __future__ import annotations
 
 import logging
 import os
-import queue
-import threading
 from collections.abc import Callable, Iterator
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from multiprocessing import get_context, parent_process
-from multiprocessing.process import BaseProcess
 from pathlib import Path
-from typing import Any
 
 from tqdm import tqdm
 
@@ -28,32 +22,11 @@ from lerobot_llakey.datasets.parts import growing
 from lerobot_llakey.datasets.places import check_space
 from lerobot_llakey.datasets.plan import CollectSettings, Targets
 from lerobot_llakey.errors import LlakeyError
+from lerobot_llakey.parallel import run_jobs, tell
 
 _PART_EPISODES = 48
 """At most so many episodes are lost when a process is killed."""
-_POLL_SECONDS = 0.2
 MOST_WORKERS = 256
-
-
-_progress: Any = None
-
-
-def _start_worker(progress: Any) -> None:
-    global _progress
-    import torch
-
-    torch.set_num_threads(1)
-    quieten()
-    _progress = progress
-    parent = parent_process()
-    if parent is not None:
-        # A killed parent must not leave workers behind that write into the next run's folder.
-        threading.Thread(target=_die_with, args=(parent,), daemon=True).start()
-
-
-def _die_with(parent: BaseProcess) -> None:
-    parent.join()
-    os._exit(1)
 
 
 def quieten() -> None:
@@ -66,10 +39,9 @@ def quieten() -> None:
     logging.getLogger("lerobot").setLevel(logging.ERROR)
 
 
-def _collect_part_in_worker(
-    settings: CollectSettings, kinds: tuple[str, ...], start: int, stop: int, folder: Path
-) -> None:
-    collect_part(settings, kinds, start, stop, folder, _progress.put)
+def _collect_part(settings: CollectSettings, kinds: tuple[str, ...], start: int, stop: int, folder: Path) -> None:
+    quieten()
+    collect_part(settings, kinds, start, stop, folder, tell)
 
 
 def collect(
@@ -110,9 +82,9 @@ def collect(
             check_depth([*older, *(folder / "demonstrations" for folder in folders if folder not in to_make)])
         check_space(growth.targets, episodes, len(settings), settings.image_size)
         with _Bar(len(settings), len(settings) - episodes, progress) as bar:
-            if missing:
-                run = _run_here if workers == 1 else _run_in_processes
-                run(settings, tuple(named), missing, workers, bar)
+            jobs = [(settings, tuple(named), *part) for part in missing]
+            for _ in run_jobs(_collect_part, jobs, workers, bar.add):
+                pass
         return growth.finish(folders)
 
 
@@ -125,42 +97,6 @@ def _plan(begin: int, end: int, size: int, parts: Path) -> Iterator[tuple[int, i
     for start in range(begin, end, size):
         stop = min(start + size, end)
         yield start, stop, parts / f"{start:07d}-{stop:07d}"
-
-
-def _run_here(
-    settings: CollectSettings, kinds: tuple[str, ...], missing: list[tuple[int, int, Path]], _: int, bar: _Bar
-) -> None:
-    for part in missing:
-        collect_part(settings, kinds, *part, lambda thrown: bar.add(1, thrown))
-
-
-def _run_in_processes(
-    settings: CollectSettings, kinds: tuple[str, ...], missing: list[tuple[int, int, Path]], workers: int, bar: _Bar
-) -> None:
-    context = get_context("spawn")
-    done = context.Queue()
-    with ProcessPoolExecutor(min(workers, len(missing)), context, _start_worker, (done,)) as pool:
-        futures = [pool.submit(_collect_part_in_worker, settings, kinds, *part) for part in missing]
-        finished = threading.Event()
-
-        def watch() -> None:
-            while not finished.is_set() or not done.empty():
-                try:
-                    bar.add(1, done.get(timeout=_POLL_SECONDS))
-                except queue.Empty:
-                    continue
-
-        watcher = threading.Thread(target=watch, daemon=True)
-        watcher.start()
-        try:
-            for future in as_completed(futures):
-                future.result()
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
-        finally:
-            finished.set()
-            watcher.join()
 
 
 class _Bar:
@@ -176,9 +112,10 @@ class _Bar:
     def __exit__(self, *_: object) -> None:
         self._bar.close()
 
-    def add(self, kept: int, thrown: int) -> None:
+    def add(self, thrown: int) -> None:
+        """Another episode is kept, and so many were thrown away for it."""
         self._thrown += thrown
         if self._callback is not None:
-            self._callback(kept, thrown)
+            self._callback(1, thrown)
         self._bar.set_postfix(thrown_away=self._thrown, refresh=False)
-        self._bar.update(kept)
+        self._bar.update()

@@ -17,8 +17,8 @@ from lerobot_llakey import schema
 from lerobot_llakey.diagnostics.bench_policy import DTYPES, against
 from lerobot_llakey.diagnostics.bench_turns import in_turns, precision
 from lerobot_llakey.errors import LlakeyError
-from lerobot_llakey.evaluation.keyframe_accuracy import rotation_error
 from lerobot_llakey.evaluation.prepared import prepared
+from lerobot_llakey.geometry import rotation_error
 from lerobot_llakey.policies.command.modeling_llakey_command import LlakeyCommandPolicy
 from lerobot_llakey.policies.hierarchy.modeling_llakey import LlakeyPolicy
 from lerobot_llakey.policies.precision import resolve
@@ -45,7 +45,7 @@ def bench_decision(
         Median milliseconds of the whole decision and of each part, and how many times as long the first ``dtype``
         takes as each other one.
     """
-    agent = Agent.load(path, overrides=[f"--device={device}"])
+    agent = Agent.load(path, overrides={"device": device})
     rows = _rows(agent, dataset, steps)
     ways = _ways(agent)
 
@@ -86,7 +86,7 @@ def bench_batch(
         action part, how many gripper or collision flags differ, and how many instructions of the command part; and
         the same between the precisions, each row alone.
     """
-    agent = Agent.load(path, overrides=[f"--device={device}"])
+    agent = Agent.load(path, overrides={"device": device})
     if isinstance(agent.policy, LlakeyCommandPolicy):
         raise LlakeyError(
             f"Expected a policy that acts, of type llakey or llakey_action, got a llakey_command at {path}; compose "

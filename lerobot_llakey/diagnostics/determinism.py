@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from tqdm import tqdm
 
+from lerobot_llakey.parallel import process_pool
+from lerobot_llakey.rollout.actors import Expert
+from lerobot_llakey.rollout.episode import Observer, run_episode
+from lerobot_llakey.rollout.replay import Replay
 from lerobot_llakey.sim.configuration_llakey_sim import LlakeySimConfig
 from lerobot_llakey.sim.env import LlakeySimEnv
-from lerobot_llakey.sim.recorder import waypoint_action
 
 _ACTIONS = 3
 WAYS = ("here", "here again", "another process", "sync vector", "async vector")
@@ -35,46 +36,45 @@ def determinism(tasks: Sequence[str], seed: int = 0, split: str = "val") -> dict
     for task in tqdm(tasks, desc="determinism", unit="task"):
         actions, digest = expert_actions(task, seed, split)
         found[task] = {"here": digest, "here again": digest_alone(task, seed, split, actions)}
-        with ProcessPoolExecutor(1, get_context("spawn")) as pool:
+        with process_pool(1) as pool:
             found[task]["another process"] = pool.submit(digest_alone, task, seed, split, actions).result()
         for way, asynchronous in (("sync vector", False), ("async vector", True)):
             found[task][way] = digest_in_vector(task, seed, split, actions, asynchronous)
     return found
 
 
+class _Digest(Observer):
+    """Takes in all that is seen in an episode."""
+
+    def __init__(self) -> None:
+        self._sha256 = hashlib.sha256()
+
+    def begin(self, env: LlakeySimEnv, observation: Mapping[str, Any]) -> None:
+        self.step(observation)
+
+    def step(self, observation: Mapping[str, Any]) -> None:
+        _add(self._sha256, observation)
+
+    def read(self) -> str:
+        return self._sha256.hexdigest()
+
+
 def expert_actions(task: str, seed: int, split: str) -> tuple[np.ndarray, str]:
     """The expert's first actions (N, 9) in an episode, and the digest of what was seen on the way."""
-    env = LlakeySimEnv(task, split)
-    digest = hashlib.sha256()
-    actions = []
-    observation, _ = env.reset(seed=seed)
-    _add(digest, observation)
-    for waypoint in _next_waypoints(env):
-        actions.append(waypoint)
-        observation, *_ = env.step(waypoint)
-        _add(digest, observation)
+    env, digest = LlakeySimEnv(task, split, episode_length=_ACTIONS), _Digest()
+    episode = run_episode(env, Expert(), seed, [digest])
     env.close()
-    return np.stack(actions), digest.hexdigest()
-
-
-def _next_waypoints(env: LlakeySimEnv) -> Iterator[np.ndarray]:
-    for _ in range(_ACTIONS):
-        if (waypoint := env.expert_waypoint()) is None:
-            return
-        yield waypoint_action(waypoint)
+    return np.array(episode.actions, dtype=np.float32), digest.read()
 
 
 def digest_alone(task: str, seed: int, split: str, actions: np.ndarray) -> str:
     """What actions (N, 9) show in an environment that has seen another episode before."""
-    env = LlakeySimEnv(task, split)
+    env, digest = LlakeySimEnv(task, split, episode_length=len(actions)), _Digest()
     env.reset(seed=seed + 1)
     env.step(actions[0])
-    digest = hashlib.sha256()
-    _add(digest, env.reset(seed=seed)[0])
-    for action in actions:
-        _add(digest, env.step(action)[0])
+    run_episode(env, Replay(actions.tolist(), [""] * len(actions)), seed, [digest])
     env.close()
-    return digest.hexdigest()
+    return digest.read()
 
 
 def digest_in_vector(task: str, seed: int, split: str, actions: np.ndarray, asynchronous: bool) -> str:

@@ -10,7 +10,8 @@ from typing import Any
 from tqdm import tqdm
 
 from lerobot_llakey import schema
-from lerobot_llakey.parallel import run_jobs, simulation_of
+from lerobot_llakey.diagnostics.simulations import simulation_of
+from lerobot_llakey.parallel import run_jobs
 from lerobot_llakey.sim.perturbations.registry import check_disturbance
 from lerobot_llakey.sim.recorder import record
 from lerobot_llakey.sim.tasks import task_classes

@@ -14,7 +14,7 @@ from tqdm import tqdm
 
 from lerobot_llakey import schema
 from lerobot_llakey.geometry import Pose
-from lerobot_llakey.parallel import run_jobs, simulation_of
+from lerobot_llakey.parallel import run_jobs
 from lerobot_llakey.sim.arm.planning import PlanningError
 from lerobot_llakey.sim.settings import MAX_STEPS
 from lerobot_llakey.sim.simulation import Simulation

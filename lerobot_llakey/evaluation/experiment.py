@@ -11,10 +11,11 @@ from typing import Any
 from lerobot_llakey.evaluation.lower_part import AbilitySamples, ability_page, measure_rows
 from lerobot_llakey.evaluation.protocol import markdown, plots
 from lerobot_llakey.evaluation.protocol.estimate import Estimate, estimate
+from lerobot_llakey.evaluation.protocol.loading import runnable
 from lerobot_llakey.evaluation.protocol.plan import Plan
 from lerobot_llakey.evaluation.protocol.records import Records
 from lerobot_llakey.evaluation.protocol.rows import Row
-from lerobot_llakey.evaluation.protocol.runner import EPISODES, VIDEOS, make_missing_films, run_missing, runnable
+from lerobot_llakey.evaluation.protocol.runner import EPISODES, VIDEOS, make_missing_films, run_missing
 from lerobot_llakey.evaluation.protocol.settings import claim, settings_of
 from lerobot_llakey.evaluation.protocol.summary import summarise_rollback, summarise_table
 from lerobot_llakey.files import alone_in, write_whole
@@ -73,14 +74,15 @@ def run_experiment(
     for row, reason in found.missing.items():
         print(f"skipped: {row} ({reason})")
     with alone_in(output.folder):
-        claim(output.folder, settings_of(plan, rows, found.missing))
+        settings = settings_of(plan, rows, found.missing)
+        claim(output.folder, settings)
         records = Records(output.folder / EPISODES)
         run_missing(plan, found.rows, records, output.num_workers)
         figures, page = report(plan, found.rows, records, found.missing, output.folder)
         if samples is not None:
             figures["abilities"] = measure_rows(found.rows, samples, output.folder)
             page += f"\n{ability_page(plan.tasks, figures['abilities'])}"
-        results = {"settings": settings_of(plan, rows, found.missing), "missing": found.missing, **figures}
+        results = {"settings": settings, "missing": found.missing, **figures}
         write_whole(output.folder / "results.json", json.dumps(results, indent=2))
         write_whole(output.folder / TABLE, page)
         make_missing_films(

@@ -12,22 +12,15 @@ from lerobot.utils.collate import lerobot_collate_fn
 from torch import Tensor
 from torch.utils.data import DataLoader, Dataset, Subset
 
-from lerobot_llakey import geometry, schema
+from lerobot_llakey import schema
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.evaluation.prepared import Preprocessor, prepared
+from lerobot_llakey.geometry import rotation_error
 
 POSITION_LIMITS = (0.01, 0.02)
 """Metres."""
 ROTATION_LIMITS = (5.0, 10.0)
 """Degrees."""
-
-
-def rotation_error(first: Tensor, second: Tensor) -> Tensor:
-    """Angle in degrees (B,) between quaternions (B, 4) xyzw; a parallel gripper is the same after half a turn."""
-    relative = geometry.quaternion_to_matrix(first).transpose(1, 2) @ geometry.quaternion_to_matrix(second)
-    diagonal = relative.diagonal(dim1=1, dim2=2)
-    traces = torch.stack((diagonal.sum(dim=1), diagonal[:, 2] - diagonal[:, 0] - diagonal[:, 1]))
-    return torch.rad2deg(((traces - 1) / 2).clamp(-1.0, 1.0).acos()).amin(dim=0)
 
 
 def sample_errors(action: Tensor, target: Tensor) -> dict[str, Tensor]:

@@ -11,9 +11,9 @@ from lerobot_llakey.datasets.plan import CollectSettings, Targets
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.evaluation.protocol.plan import Plan
 from lerobot_llakey.evaluation.protocol.records import Records
-from lerobot_llakey.evaluation.protocol.runner import EPISODES, VIDEOS, make_missing_films
+from lerobot_llakey.evaluation.protocol.runner import EPISODES, VIDEOS, make_missing_films, run_missing
 from lerobot_llakey.experiments.ambiguity_report import ambiguity_page, plot_ambiguity, summarise
-from lerobot_llakey.experiments.arms import BASELINE, LLAKEY, Arm, make_arms, make_plan, run_arms
+from lerobot_llakey.experiments.arms import BASELINE, LLAKEY, Arm, make_arms, make_plan
 from lerobot_llakey.experiments.rates import Rates
 from lerobot_llakey.experiments.rewording import reworded_copy
 from lerobot_llakey.experiments.settings import AmbiguitySettings, TrainingSettings
@@ -146,13 +146,12 @@ class Ambiguity:
     def _study(self) -> None:
         plan, arms = self._plan(), self.arms
         with alone_in(self.folder):
-            records = Records(self.folder / EPISODES)
-            run_arms(arms, plan, records, self.num_workers)
+            rows, records = [arm.row for arm in arms], Records(self.folder / EPISODES)
+            run_missing(plan, rows, records, self.num_workers)
             summary = summarise(plan, arms, records)
             plot_ambiguity(self.folder / PLOT, summary)
             write_whole(self.folder / "results.json", json.dumps({"plan": vars(plan), "arms": summary}, indent=2))
             write_whole(self.folder / PAGE, ambiguity_page(plan, summary))
-            rows = [arm.row for arm in arms]
             videos = self.folder / VIDEOS
             make_missing_films(plan, rows, records, videos, self.settings.num_videos, False, self.num_workers)
 

@@ -7,23 +7,18 @@ from pathlib import Path
 from statistics import fmean
 from typing import Any
 
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
-
 from lerobot_llakey.evaluation.protocol.plan import Plan
-from lerobot_llakey.evaluation.protocol.plots import COLOURS
 from lerobot_llakey.evaluation.protocol.records import Record
 from lerobot_llakey.experiments.arms import LLAKEY, Arm
 from lerobot_llakey.experiments.wordings import BARE, PAPER, PUT, TAKE, TESTS, UNSCREW
-from lerobot_llakey.files import replacing
-from lerobot_llakey.reporting.paper_results import SIMULATOR
+from lerobot_llakey.reporting.paper_results import FROM_THE_PAPER, SIMULATOR
+from lerobot_llakey.reporting.plots import BarChart
 from lerobot_llakey.reporting.statistics import spread, trimmed_mean, wilson
 from lerobot_llakey.reporting.tables import markdown_table
 from lerobot_llakey.sim.tasks.put_bulb import LOOSE, SCREWED
 
 _NOTHING = "-"
 _SEQUENCES = {"loose": LOOSE, "screwed": SCREWED}
-_DPI, _GROUP = 110, 0.84
 
 
 def summarise(plan: Plan, arms: Sequence[Arm], records: Iterable[Record]) -> list[dict[str, Any]]:
@@ -105,36 +100,19 @@ def findings(summary: Sequence[Mapping[str, Any]]) -> list[str]:
 
 def plot_ambiguity(path: Path, summary: Sequence[Mapping[str, Any]]) -> None:
     """Bars of success by policy and training, one colour a test, with 95 % intervals and the paper's as diamonds."""
-    groups = list(dict.fromkeys((cells["method"], cells["training"]) for cells in summary))
-    tests = list(dict.fromkeys(cells["test"] for cells in summary))
-    figure = Figure(figsize=(max(7.0, 2.4 * len(groups)), 4.8), layout="constrained")
-    FigureCanvasAgg(figure)
-    axes = figure.subplots()
-    width, marked = _GROUP / len(tests), False
-    for index, test in enumerate(tests):
-        cells = [found for group in groups for found in summary if _key(found) == (*group, test)]
-        places = [groups.index(_key(found)[:2]) + (index + 0.5) * width - _GROUP / 2 for found in cells]
-        heights = [100 * found["success"] for found in cells]
-        bounds = [[100 * edge for edge in found["interval"]] for found in cells]
-        low = [max(0.0, height - edges[0]) for height, edges in zip(heights, bounds, strict=True)]
-        high = [max(0.0, edges[1] - height) for height, edges in zip(heights, bounds, strict=True)]
-        axes.bar(places, heights, 0.94 * width, color=COLOURS[index], edgecolor="white", label=TESTS[test])
-        axes.errorbar(places, heights, [low, high], fmt="none", ecolor="black", elinewidth=1.2, capsize=3)
-        for place, found in zip(places, cells, strict=True):
-            if (value := _papers(found)) is not None:
-                label = None if marked else f"the paper's, from {SIMULATOR}"
-                axes.plot([place], [value], "D", color="white", markeredgecolor="black", label=label)
-                marked = True
+    groups = list(dict.fromkeys(_key(cells)[:2] for cells in summary))
     names = [f"{method}\n{_wordings({'training': training})}" for method, training in groups]
-    axes.set_xticks(range(len(groups)), names, fontsize=11)
-    axes.set_ylim(0, 108)
-    axes.set_ylabel("success in %")
-    axes.grid(axis="y", color="#d0d0d0", linewidth=0.8)
-    axes.set_axisbelow(True)
-    axes.spines[["top", "right"]].set_visible(False)
-    figure.legend(loc="outside lower center", ncols=3, frameon=False)
-    with replacing(path) as fresh:
-        figure.savefig(fresh, dpi=_DPI, format="png")
+    by_key = {_key(cells): cells for cells in summary}
+    tests = list(dict.fromkeys(cells["test"] for cells in summary))
+    chart = BarChart(names, len(tests), "success in %")
+    for test in tests:
+        found = [by_key.get((*group, test)) for group in groups]
+        shares = [None if cells is None else cells["success"] for cells in found]
+        bounds = [None if cells is None else cells["interval"] for cells in found]
+        for place, cells in zip(chart.add(TESTS[test], shares, bounds), found, strict=True):
+            if cells is not None and (value := _papers(cells)) is not None:
+                chart.mark(place, value, FROM_THE_PAPER)
+    chart.save(path)
 
 
 def _row(cells: Mapping[str, Any]) -> list[str]:

@@ -24,7 +24,8 @@ from lerobot_llakey.experiments.rates import Rates
 from lerobot_llakey.experiments.training import Training
 from lerobot_llakey.files import reading, write_whole
 from lerobot_llakey.policies.hierarchy.compose import compose
-from lerobot_llakey.rollout.actors import Agent, run_episode
+from lerobot_llakey.rollout.actors import Agent
+from lerobot_llakey.rollout.episode import run_episode
 from lerobot_llakey.rollout.video import Film
 from lerobot_llakey.sim.env import LlakeySimEnv
 
@@ -132,11 +133,11 @@ def _decisions(task: str, command: Path, action: Path, folder: Path) -> tuple[fl
     policy: Any = agent.policy
     with torch.inference_mode():
         answering = _timed(lambda: policy.command.next_instructions(batch))
-    film = Film(env)
 
     def filming() -> None:
-        run_episode(env, agent, 1)
-        film.save(folder / "film.mp4", False)
+        film = Film()
+        run_episode(env, agent, 1, [film])
+        film.save(folder / "film.mp4")
 
     filmed = _timed(filming) / _ACTIONS
     env.close()

@@ -222,7 +222,7 @@ class Reproduction:
         return Stage(
             name,
             f"{title}: {episodes} episodes in {len(rows)} rows",
-            {"plan": asdict(plan), "rows": [asdict(row) for row in rows], "num_videos": output.num_videos},
+            {"plan": asdict(plan), "rows": [row.described() for row in rows], "num_videos": output.num_videos},
             needs,
             (output.folder,),
             work,

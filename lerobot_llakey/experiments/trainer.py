@@ -9,9 +9,8 @@ import shutil
 import signal
 import subprocess
 import sys
-import threading
 from collections.abc import Callable, Sequence
-from multiprocessing import get_context, parent_process
+from multiprocessing import get_context
 from multiprocessing.connection import wait
 from multiprocessing.process import BaseProcess
 from pathlib import Path
@@ -23,6 +22,7 @@ from tqdm import tqdm
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.experiments.stages import Clock
 from lerobot_llakey.experiments.training import Training
+from lerobot_llakey.parallel import end_with_parent
 
 _LEROBOT_TRAIN = "lerobot.scripts.lerobot_train"
 _POLL_SECONDS = 1.0
@@ -118,15 +118,14 @@ def run_training(arguments: list[str], log: str, usage: str, launcher: str, thre
     """
     if not arguments:
         return
-    clock, parent = Clock(), parent_process()
+    clock = Clock()
     with open(log, "w") as file:
         for stream in (1, 2):
             os.dup2(file.fileno(), stream)
     sys.stdout, sys.stderr = os.fdopen(1, "w", buffering=1), os.fdopen(2, "w", buffering=1)
     os.setpgid(0, 0)  # a group of its own, ended as a whole with the processes that load its samples
     signal.signal(signal.SIGTERM, lambda *_: _end_group())
-    if parent is not None:
-        threading.Thread(target=_end_with, args=(parent.sentinel,), daemon=True).start()
+    end_with_parent(_end_group)
     if launcher:
         subprocess.run([*shlex.split(launcher), "-m", _LEROBOT_TRAIN, *arguments], check=True)
     else:
@@ -136,12 +135,6 @@ def run_training(arguments: list[str], log: str, usage: str, launcher: str, thre
         sys.argv = ["lerobot-train", *arguments]
         lerobot_train.main()
     Path(usage).write_text(json.dumps({"cpu_seconds": clock.read()[1]}))
-
-
-def _end_with(sentinel: int) -> None:
-    """Wait for the starting process to end, also where it is killed."""
-    wait([sentinel])
-    _end_group()
 
 
 def _end_group() -> None:

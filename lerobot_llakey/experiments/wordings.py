@@ -7,6 +7,7 @@ for both sequences or with *two*, and are tested with the wording that they know
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass
 
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.sim.tasks.put_bulb import LOOSE, SCREWED
@@ -62,19 +63,24 @@ def trained_wording(training: str, description: str, sequence: int) -> str:
     return reword(description, TRAININGS[training][sequence])
 
 
-def tested_wording(training: str, test: str, description: str, sequence: int) -> str:
+@dataclass(frozen=True)
+class TestedWording:
     """How a skill instruction is worded in a test.
 
     Swapped tells to unscrew what stands loose, and merely to put away what is screwed in, whatever was trained.
 
-    Args:
+    Attributes:
         training: "one" or "two" wordings.
         test: out of TESTS.
-        description: the simulator's skill instruction.
-        sequence: that the scene asks for.
     """
-    if test == "as_trained":
-        return trained_wording(training, description, sequence)
-    if test == "swapped":
-        return reword(description, TRAININGS["two"][SCREWED if sequence == LOOSE else LOOSE])
-    return reword(description, TAKE if test == "replaced" else BARE)
+
+    training: str
+    test: str
+
+    def __call__(self, description: str, sequence: int) -> str:
+        """The simulator's skill instruction, of a scene that asks for an action sequence, in these words."""
+        if self.test == "as_trained":
+            return trained_wording(self.training, description, sequence)
+        if self.test == "swapped":
+            return reword(description, TRAININGS["two"][SCREWED if sequence == LOOSE else LOOSE])
+        return reword(description, TAKE if self.test == "replaced" else BARE)

@@ -15,6 +15,8 @@ TASKS = (
 )
 """Our names of the paper's columns, in its order."""
 SIMULATOR = "CoppeliaSim"
+FROM_THE_PAPER = f"the paper's, from {SIMULATOR}"
+"""What stands beside a figure of the paper's."""
 
 _SUCCESS: dict[str, tuple[float, ...]] = {
     "LLaKey 13B (3)": (96, 91, 98, 98, 78, 79, 33, 59, 51),

@@ -1,8 +1,8 @@
-"""Running a saved policy through single episodes of the simulator, with all that happened kept."""
+"""Who acts in an episode: a saved policy, or the expert."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
@@ -21,61 +21,29 @@ from lerobot_llakey.sim.configuration_llakey_sim import LlakeySimConfig
 from lerobot_llakey.sim.env import LlakeySimEnv
 from lerobot_llakey.sim.recorder import waypoint_action
 from lerobot_llakey.sim.tasks.base import Waypoint
-from lerobot_llakey.sim.text_codes import decode_text
 
 Processor = Callable[[Any], Any]
-ORACLE_KEY = "oracle_instruction"
-"""Where an observation of the environment holds the expert's instruction."""
-
-
-@dataclass(frozen=True)
-class Episode:
-    """What a policy did with one scene.
-
-    Attributes:
-        task: name of the task.
-        description: its skill instruction.
-        seed: index of the scene within its split.
-        variation: variation of the task.
-        sequence: action sequence that the scene asks for.
-        success: whether the oracle was satisfied.
-        instructions: basic instruction behind each action; empty strings for policies without any.
-        failures: "" for each action that moved the arm, else why it did not.
-        oracle: the expert's instruction before each action; empty strings where the environment does not give it.
-        actions: each action (9,), as numbers that survive JSON to the last bit.
-        disturbed: whether a disturbance struck.
-    """
-
-    task: str
-    description: str
-    seed: int
-    variation: int
-    sequence: int
-    success: bool
-    instructions: list[str] = field(default_factory=list)
-    failures: list[str] = field(default_factory=list)
-    oracle: list[str] = field(default_factory=list)
-    actions: list[list[float]] = field(default_factory=list)
-    disturbed: bool = False
+Decision = tuple[np.ndarray, str]
+"""An action (9,) and the basic instruction behind it; empty for policies without any."""
 
 
 class Actor(Protocol):
     """Whoever acts in an episode."""
 
-    def reset(self) -> None:
-        """Forget the last episode."""
+    def reset(self, seed: int | None = None) -> None:
+        """Forget the last episode, and draw from another seed where one is given."""
 
-    def act(self, env: LlakeySimEnv, observation: Mapping[str, Any]) -> tuple[np.ndarray, str]:
-        """Action (9,) for one unbatched observation of the environment, and the basic instruction behind it."""
+    def act(self, env: LlakeySimEnv, observation: Mapping[str, Any]) -> Decision | None:
+        """What to do after one unbatched observation of the environment; None ends the episode."""
 
 
 class Expert:
     """The scripted demonstrator of the environment's task; once it sees nothing left to do it stays where it is."""
 
-    def reset(self) -> None:
+    def reset(self, seed: int | None = None) -> None:
         """Nothing to forget: it looks at the present state alone."""
 
-    def act(self, env: LlakeySimEnv, observation: Mapping[str, Any]) -> tuple[np.ndarray, str]:
+    def act(self, env: LlakeySimEnv, observation: Mapping[str, Any]) -> Decision:
         """The next waypoint of the task's plan."""
         waypoint = env.expert_waypoint() or Waypoint(env.world.tool, not env.world.gripper_closed, True, "")
         return waypoint_action(waypoint, observation["agent_pos"]), waypoint.instruction
@@ -90,21 +58,23 @@ class Agent:
         preprocessor: observation with batch dimension -> batch.
         postprocessor: actions -> actions.
         env_preprocessor: what LeRobot runs before the preprocessor: the environment's own.
+        wording: skill instruction and the scene's action sequence -> what the policy is told; the former where None.
     """
 
     policy: PreTrainedPolicy
     preprocessor: Processor
     postprocessor: Processor
     env_preprocessor: Processor = field(default_factory=lambda: LlakeySimConfig().get_env_processors()[0])
+    wording: Callable[[str, int], str] | None = None
 
     @staticmethod
-    def load(path: str | Path, oracle: bool = False, overrides: Sequence[str] = ()) -> Agent:
+    def load(path: str | Path, oracle: bool = False, overrides: Mapping[str, Any] | None = None) -> Agent:
         """Load a checkpoint folder or a Hub repository.
 
         Args:
             path: what LeRobot calls ``--policy.path``.
             oracle: let the expert's instructions, which the environment must give, take the command policy's place.
-            overrides: other settings, each as on a command line: ``--repeat_threshold=5``.
+            overrides: other settings by dotted name, such as ``{"command.device": "cpu"}``.
 
         Raises:
             MissingFileError: if nothing is there.
@@ -112,15 +82,21 @@ class Agent:
         """
         folder = inspect_checkpoint(path)
         with reading(folder, "checkpoint"):
-            return _load(folder, oracle, overrides)
+            return _load(folder, oracle, command_line(overrides or {}))
 
-    def reset(self) -> None:
-        """Forget the last episode."""
+    def reset(self, seed: int | None = None) -> None:
+        """Forget the last episode, and draw from another seed where one is given."""
+        reseed = getattr(self.policy, "reseed", None)
+        if seed is not None and reseed is not None:
+            reseed(seed)
         self.policy.reset()
 
-    def act(self, env: LlakeySimEnv, observation: Mapping[str, Any]) -> tuple[np.ndarray, str]:
+    def act(self, env: LlakeySimEnv, observation: Mapping[str, Any]) -> Decision:
         """Action (9,) for one unbatched observation of the environment, and the basic instruction behind it."""
-        action = self.act_on(self.batch(env.task_description, observation))
+        task = env.task_description
+        if self.wording is not None:
+            task = self.wording(task, env.simulation.task.sequence)
+        action = self.act_on(self.batch(task, observation))
         instructions = getattr(self.policy, "last_instructions", None) or [""]
         return action, instructions[0]
 
@@ -144,8 +120,13 @@ class Agent:
         return action
 
 
-def _load(folder: Path, oracle: bool, overrides: Sequence[str]) -> Agent:
-    config = PreTrainedConfig.from_pretrained(folder, cli_overrides=list(overrides))
+def command_line(overrides: Mapping[str, Any]) -> list[str]:
+    """A policy's settings by dotted name, as on a command line: ``{commander: oracle}`` -> ``--commander=oracle``."""
+    return [f"--{name}={str(value).lower() if isinstance(value, bool) else value}" for name, value in overrides.items()]
+
+
+def _load(folder: Path, oracle: bool, arguments: list[str]) -> Agent:
+    config = PreTrainedConfig.from_pretrained(folder, cli_overrides=arguments)
     config.pretrained_path = folder
     if oracle and hasattr(config, "commander"):  # an action policy alone reads the oracle by itself
         config.commander = "oracle"
@@ -156,50 +137,6 @@ def _load(folder: Path, oracle: bool, overrides: Sequence[str]) -> Agent:
         preprocessor_overrides={"device_processor": {"device": str(config.device)}},
     )
     return Agent(policy.eval(), preprocessor, postprocessor)
-
-
-def run_episode(
-    env: LlakeySimEnv, agent: Actor, seed: int, on_instruction: Callable[[str], None] | None = None
-) -> Episode:
-    """Run one episode.
-
-    Args:
-        env: the task's environment.
-        agent: who acts.
-        seed: index of the scene within the environment's split.
-        on_instruction: told each basic instruction before it is acted on.
-    """
-    agent.reset()
-    observation, info = env.reset(seed=seed)
-    instructions: list[str] = []
-    failures: list[str] = []
-    oracle: list[str] = []
-    actions: list[list[float]] = []
-    over = False
-    while not over:
-        proposed, instruction = agent.act(env, observation)
-        action = np.asarray(proposed, dtype=np.float32)
-        if on_instruction is not None:
-            on_instruction(instruction)
-        oracle.append(decode_text(observation.get(ORACLE_KEY, ())))
-        observation, _, terminated, truncated, info = env.step(action)
-        instructions.append(instruction)
-        failures.append(info["failure"])
-        actions.append(action.tolist())
-        over = terminated or truncated
-    return Episode(
-        env.task,
-        env.task_description,
-        seed,
-        info["variation"],
-        info["sequence"],
-        info["is_success"],
-        instructions,
-        failures,
-        oracle,
-        actions,
-        info["disturbed"],
-    )
 
 
 def _with_batch(value: Any) -> Any:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from lerobot_llakey.errors import LlakeyError
-from lerobot_llakey.rollout.actors import Actor
+from lerobot_llakey.rollout.actors import Actor, Decision
 from lerobot_llakey.sim.env import LlakeySimEnv
 
 
@@ -28,13 +28,13 @@ class Replay:
         self._successor = successor
         self._step = 0
 
-    def reset(self) -> None:
+    def reset(self, seed: int | None = None) -> None:
         """Begin anew."""
         self._step = 0
         if self._successor is not None:
-            self._successor.reset()
+            self._successor.reset(seed)
 
-    def act(self, env: LlakeySimEnv, observation: Mapping[str, Any]) -> tuple[np.ndarray, str]:
+    def act(self, env: LlakeySimEnv, observation: Mapping[str, Any]) -> Decision | None:
         """The recorded action (9,) and its instruction, or the successor's.
 
         Raises:

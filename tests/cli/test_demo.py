@@ -14,7 +14,7 @@ from lerobot_llakey.cli.demo import DemoConfig, run
 class _Stays:
     """An agent that never moves; what it would do is not the demo's concern."""
 
-    def reset(self) -> None:
+    def reset(self, seed: int) -> None:
         pass
 
     def act(self, env: Any, observation: dict[str, Any]) -> tuple[np.ndarray, str]:
@@ -23,7 +23,7 @@ class _Stays:
 
 
 def test_videos_and_results_are_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(demo, "_agent", lambda config: _Stays())
+    monkeypatch.setattr(demo.Agent, "load", lambda *_: _Stays())
     monkeypatch.setattr(demo, "LlakeySimEnv", _short)
     config = DemoConfig(task="open_drawer", num_episodes=2, num_workers=1, detailed=False, output_dir=tmp_path)
     episodes = run(config)

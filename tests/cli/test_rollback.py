@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from fakes_protocol import small_env
+from lerobot_llakey import parallel
 from lerobot_llakey.cli.rollback import RollbackConfig, run
 from lerobot_llakey.evaluation.protocol import work
 
@@ -13,7 +14,7 @@ from lerobot_llakey.evaluation.protocol import work
 def test_the_expert_recovers_from_an_empty_grasp(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(work, "_at_hand", work._AtHand())
+    monkeypatch.setattr(parallel, "_kept", {})
     monkeypatch.setattr(work, "LlakeySimEnv", small_env)
     config = RollbackConfig(
         rows="expert", task="open_drawer", disturbance="empty_grasp", num_episodes=1, num_workers=1, output_dir=tmp_path

@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from fakes_protocol import small_env
+from lerobot_llakey import parallel
 from lerobot_llakey.cli.table import TableConfig, run
 from lerobot_llakey.evaluation.protocol import work
 
@@ -12,7 +13,7 @@ from lerobot_llakey.evaluation.protocol import work
 def test_a_dry_run_measures_and_leaves_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(work, "_at_hand", work._AtHand())
+    monkeypatch.setattr(parallel, "_kept", {})
     monkeypatch.setattr(work, "LlakeySimEnv", small_env)
     run(TableConfig(rows="expert", task="open_drawer", num_episodes=50, dry_run=True, output_dir=tmp_path / "table"))
     told = capsys.readouterr().out

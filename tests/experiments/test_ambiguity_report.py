@@ -8,7 +8,7 @@ from lerobot_llakey.evaluation.protocol.plan import Trial
 from lerobot_llakey.evaluation.protocol.records import Record
 from lerobot_llakey.experiments.ambiguity_report import ambiguity_page, findings, plot_ambiguity, summarise
 from lerobot_llakey.experiments.arms import BASELINE, LLAKEY, Arm, make_arms, make_plan
-from lerobot_llakey.rollout.actors import Episode
+from lerobot_llakey.rollout.episode import Episode
 from lerobot_llakey.sim.tasks.put_bulb import LOOSE, SCREWED
 
 PLAN = make_plan(num_episodes=10, repeats=2)

@@ -1,12 +1,9 @@
 """The arms of figure 1: a policy is told the wording of its arm, whatever the environment says."""
 
+import pickle
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any
 
-import numpy as np
-
-from lerobot_llakey.experiments.arms import BASELINE, LLAKEY, Worded, make_arms, make_plan
+from lerobot_llakey.experiments.arms import BASELINE, LLAKEY, make_arms, make_plan
 from lerobot_llakey.sim.tasks.put_bulb import LOOSE
 
 
@@ -24,26 +21,11 @@ def test_every_policy_meets_every_test() -> None:
 
 
 def test_the_policy_is_told_the_arms_wording() -> None:
-    told: list[str] = []
-
-    class Listener:
-        policy = SimpleNamespace(last_instructions=["grasp the bulb"])
-
-        def batch(self, task: str, observation: Any) -> dict[str, Any]:
-            told.append(task)
-            return {}
-
-        def act_on(self, batch: dict[str, Any]) -> np.ndarray:
-            return np.zeros(9)
-
-    task = SimpleNamespace(sequence=LOOSE)
-    env: Any = SimpleNamespace(
-        task_description="put the blue light bulb in the orange box", simulation=SimpleNamespace(task=task)
-    )
-    listener: Any = Listener()
-    _, instruction = Worded(listener, "two", "swapped").act(env, {})
-    assert told == ["unscrew the blue light bulb and put it into the orange box"]
-    assert instruction == "grasp the bulb"
+    wording = make_arms(["swapped"], {(BASELINE, "two"): Path("a")}, None)[0].row.wording
+    assert wording is not None
+    told = wording("put the blue light bulb in the orange box", LOOSE)
+    assert told == "unscrew the blue light bulb and put it into the orange box"
+    assert pickle.loads(pickle.dumps(wording)) == wording  # so that other processes keep the policy
 
 
 def test_all_arms_meet_the_same_scenes() -> None:

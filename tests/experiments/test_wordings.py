@@ -21,16 +21,16 @@ def test_two_wordings_name_the_unscrewing() -> None:
 
 @pytest.mark.parametrize("training", TRAININGS)
 def test_swapped_verbs_are_those_of_the_other_sequence(training: str) -> None:
-    assert wordings.tested_wording(training, "swapped", RED, SCREWED) == RED
-    swapped = wordings.tested_wording(training, "swapped", BLUE, LOOSE)
+    assert wordings.TestedWording(training, "swapped")(RED, SCREWED) == RED
+    swapped = wordings.TestedWording(training, "swapped")(BLUE, LOOSE)
     assert swapped == "unscrew the blue light bulb and put it into the orange box"
 
 
 @pytest.mark.parametrize(("training", "sequence"), [("one", SCREWED), ("two", LOOSE)])
 def test_the_papers_own_changes(training: str, sequence: int) -> None:
-    assert wordings.tested_wording(training, "removed", RED, sequence) == "red light bulb, purple box"
+    assert wordings.TestedWording(training, "removed")(RED, sequence) == "red light bulb, purple box"
     assert (
-        wordings.tested_wording(training, "replaced", RED, sequence)
+        wordings.TestedWording(training, "replaced")(RED, sequence)
         == "take the red light bulb and it into the purple box"
     )
 

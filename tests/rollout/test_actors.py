@@ -3,60 +3,16 @@
 import json
 import os
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
-import numpy as np
 import pytest
-import torch
 
 from fakes_action import small_config
-from lerobot_llakey import schema
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.action.modeling_llakey_action import LlakeyActionPolicy
 from lerobot_llakey.policies.action.processor_llakey_action import make_llakey_action_pre_post_processors
-from lerobot_llakey.rollout.actors import Agent, run_episode
-from lerobot_llakey.sim.env import LlakeySimEnv
-
-
-class _Expert(torch.nn.Module):
-    """Acts as the task's expert, so that the loop around it can be judged."""
-
-    def __init__(self, env: LlakeySimEnv) -> None:
-        super().__init__()
-        self.env, self.last_instructions, self.resets = env, [""], 0
-
-    def reset(self) -> None:
-        self.resets += 1
-
-    def select_action(self, batch: dict[str, Any]) -> torch.Tensor:
-        assert batch[schema.STATE].shape == (1, len(schema.SIM_STATE_NAMES))
-        assert batch[schema.depth_key("front")].shape[:2] == (1, 1)
-        assert batch[schema.TASK] == [self.env.task_description]
-        waypoint = self.env.expert_waypoint()
-        self.last_instructions = [waypoint.instruction]
-        flags = (waypoint.gripper_open, waypoint.ignore_collision)
-        return torch.tensor([[*waypoint.pose.position, *waypoint.pose.quaternion, *flags]])
-
-
-def test_an_episode_runs_until_success() -> None:
-    env = LlakeySimEnv("open_drawer", image_size=32)
-    expert = _Expert(env)
-    said: list[str] = []
-    episode = run_episode(env, Agent(expert, lambda batch: batch, lambda action: action), 3, said.append)
-    assert episode.success and episode.seed == 3 and expert.resets == 1
-    assert episode.instructions == said and len(said) == 3
-    assert episode.failures == ["", "", ""]
-    env.close()
-
-
-def test_an_episode_without_success_ends_at_the_limit() -> None:
-    env = LlakeySimEnv("open_drawer", image_size=32, episode_length=2)
-    expert = _Expert(env)
-    expert.select_action = lambda batch: torch.tensor([[5.0, 0, 0, 1, 0, 0, 0, 1, 0]])  # type: ignore[method-assign]
-    episode = run_episode(env, Agent(expert, lambda batch: batch, lambda action: action), 3)
-    assert not episode.success and episode.failures == ["unreachable"] * 2
-    assert np.isfinite(env.world.data.qpos).all()
-    env.close()
+from lerobot_llakey.rollout.actors import Agent, command_line
 
 
 def test_a_missing_checkpoint_is_told(tmp_path: Path) -> None:
@@ -105,5 +61,17 @@ def test_a_named_pipe_for_weights_is_refused(saved: Path) -> None:
         Agent.load(saved)
 
 
+def test_settings_are_written_as_on_a_command_line() -> None:
+    settings = {"commander": "oracle", "command.constrain": False, "seed": 3}
+    assert command_line(settings) == ["--commander=oracle", "--command.constrain=false", "--seed=3"]
+
+
+def test_a_policy_that_draws_gets_the_episodes_seed() -> None:
+    seeds: list[int] = []
+    policy: Any = SimpleNamespace(reset=lambda: seeds.append(0), reseed=seeds.append)
+    Agent(policy, lambda batch: batch, lambda action: action).reset(7)
+    assert seeds == [7, 0]  # from the reset on
+
+
 def test_settings_can_be_given_along(saved: Path) -> None:
-    assert Agent.load(saved, overrides=["--crop_size=0.3"]).policy.config.crop_size == 0.3
+    assert Agent.load(saved, overrides={"crop_size": 0.3}).policy.config.crop_size == 0.3

@@ -5,7 +5,7 @@ import pytest
 
 from fakes_protocol import Hands, small_env
 from lerobot_llakey.errors import LlakeyError
-from lerobot_llakey.rollout.actors import run_episode
+from lerobot_llakey.rollout.episode import run_episode
 from lerobot_llakey.rollout.replay import Replay
 
 

@@ -6,7 +6,8 @@ from collections.abc import Callable
 
 from lerobot_llakey.evaluation.protocol.records import ACTION, COMMAND
 from lerobot_llakey.instructions import BASIC_GRAMMAR
-from lerobot_llakey.rollout.actors import Actor, Episode, run_episode
+from lerobot_llakey.rollout.actors import Actor
+from lerobot_llakey.rollout.episode import Episode, run_episode
 from lerobot_llakey.rollout.replay import Replay
 from lerobot_llakey.sim.env import LlakeySimEnv
 

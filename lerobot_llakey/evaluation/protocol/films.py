@@ -10,7 +10,7 @@ from lerobot_llakey.evaluation.protocol.plan import Plan, Trial
 from lerobot_llakey.evaluation.protocol.records import Record
 from lerobot_llakey.evaluation.protocol.rows import Row
 from lerobot_llakey.evaluation.protocol.work import make_env, named, single_threaded
-from lerobot_llakey.rollout.actors import run_episode
+from lerobot_llakey.rollout.episode import run_episode
 from lerobot_llakey.rollout.replay import Replay
 from lerobot_llakey.rollout.video import Film
 
@@ -55,14 +55,14 @@ def make_film(plan: Plan, record: Record, path: Path, detailed: bool) -> Path:
         LlakeyError: if the episode does not come out as it was recorded.
     """
     with named(record.trial), single_threaded():
-        env = make_env(plan, record.trial, detailed)
-        film, recorded = Film(env), record.episode
-        again = run_episode(env, Replay(recorded.actions, recorded.instructions), recorded.seed, film.say)
+        env = make_env(record.trial.task, record.trial.disturbance, plan.split, plan.max_steps, detailed)
+        film, recorded = Film(), record.episode
+        again = run_episode(env, Replay(recorded.actions, recorded.instructions), recorded.seed, [film])
         if (again.success, again.failures) != (recorded.success, recorded.failures):
             raise LlakeyError(
                 f"Expected {len(recorded.actions)} actions to end as recorded (success: {recorded.success}), got "
                 f"success: {again.success} after {len(again.actions)}; replay with the simulator that recorded them."
             )
-        film.save(path, recorded.success)
+        film.save(path)
         env.close()
     return path

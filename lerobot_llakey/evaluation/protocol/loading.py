@@ -1,8 +1,10 @@
-"""Finding and loading the policies that a row names."""
+"""Which rows can be run, and loading the policies that one names."""
 
 from __future__ import annotations
 
-import hashlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
 
 import draccus
 
@@ -11,10 +13,35 @@ from lerobot_llakey.evaluation.protocol.rows import EXPERT, Row
 from lerobot_llakey.policies.hierarchy.configuration_llakey import LlakeyConfig
 from lerobot_llakey.policies.hierarchy.modeling_llakey import LlakeyPolicy
 from lerobot_llakey.policies.hierarchy.processor_llakey import make_llakey_pre_post_processors
-from lerobot_llakey.rollout.actors import Actor, Agent, Expert
-from lerobot_llakey.saved.folder import find_checkpoint, inspect_checkpoint, require_file
+from lerobot_llakey.rollout.actors import Actor, Agent, Expert, command_line
+from lerobot_llakey.saved.folder import find_checkpoint, inspect_checkpoint
 
-_BLOCK = 1 << 20
+
+@dataclass(frozen=True)
+class Runnable:
+    """The rows of a table.
+
+    Attributes:
+        rows: those that can be run.
+        missing: names of the others, with the reason.
+    """
+
+    rows: list[Row]
+    missing: dict[str, str] = field(default_factory=dict)
+
+
+def runnable(rows: Sequence[Row]) -> Runnable:
+    """Tell the rows apart whose checkpoints are there.
+
+    Raises:
+        MissingFileError: if no row can be run.
+    """
+    missing = {row.name: reason for row in rows if (reason := why_missing(row))}
+    found = [row for row in rows if row.name not in missing]
+    if not found:
+        reasons = "; ".join(f"{name}: {reason}" for name, reason in missing.items())
+        raise MissingFileError(f"Expected at least one row with a checkpoint, got none ({reasons}); correct --rows.")
+    return Runnable(found, missing)
 
 
 def why_missing(row: Row) -> str:
@@ -27,26 +54,6 @@ def why_missing(row: Row) -> str:
     if unfilled:
         return f"{', '.join(unfilled)} is not filled in"
     return next((f"no checkpoint at {path}" for path in row.paths if not _is_there(path)), "")
-
-
-def fingerprint(row: Row) -> str:
-    """A digest of all files of the row's checkpoints, which changes with any weight or setting in them.
-
-    Raises:
-        MissingFileError: if a checkpoint is missing.
-        LlakeyError: if it is broken, or cannot be fetched.
-    """
-    digest = hashlib.sha256()
-    for path in row.paths:
-        folder = find_checkpoint(path)
-        for file in sorted(folder.rglob("*")):
-            if not file.is_dir() and file.suffix != ".md":
-                require_file(file)
-                digest.update(str(file.relative_to(folder)).encode())
-                with file.open("rb") as stream:
-                    while block := stream.read(_BLOCK):
-                        digest.update(block)
-    return digest.hexdigest()
 
 
 def load_row(row: Row, oracle: bool = False) -> Actor:
@@ -62,23 +69,21 @@ def load_row(row: Row, oracle: bool = False) -> Actor:
     """
     if row.policy_path == EXPERT:
         return Expert()
-    arguments = row.arguments()
-    for name in ("command_path", "action_path"):
-        if path := getattr(row, name):
-            arguments.append(f"--{name}={path}")
+    paths = {"command_path": row.command_path, "action_path": row.action_path}
+    overrides = {**row.overrides, **{name: path for name, path in paths.items() if path}}
     if row.policy_path:
-        agent = Agent.load(row.policy_path, oracle, arguments)
+        agent = Agent.load(row.policy_path, oracle, overrides)
     else:
-        agent = _joined([*arguments, "--commander=oracle"] if oracle else arguments)
+        agent = _joined(overrides | {"commander": "oracle"} if oracle else overrides)
     command = getattr(agent.policy, "command", None)
     if row.views and command is not None:
         command.config.cameras = list(row.views)
     return agent
 
 
-def _joined(arguments: list[str]) -> Agent:
+def _joined(overrides: Mapping[str, Any]) -> Agent:
     """A hierarchy out of a command and an action policy."""
-    policy = LlakeyPolicy(draccus.parse(LlakeyConfig, args=arguments)).eval()
+    policy = LlakeyPolicy(draccus.parse(LlakeyConfig, args=command_line(overrides))).eval()
     preprocessor, postprocessor = make_llakey_pre_post_processors(policy.config)
     return Agent(policy, preprocessor, postprocessor)
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.evaluation.protocol.plan import Trial
-from lerobot_llakey.rollout.actors import Episode
+from lerobot_llakey.rollout.episode import Episode
 
 COMMAND, ACTION = "command", "action"
 """Which level a failure is put down to."""

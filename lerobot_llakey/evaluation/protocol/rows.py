@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +29,7 @@ class Row:
         overrides: settings of the policy by dotted name, such as ``commander: oracle``. One that is left empty must be
             filled in first; until then the row is skipped.
         paper: name of the paper's row that stands for the same method, for the plot; empty where there is none.
+        wording: what the policy is told in place of the skill instruction, as in :class:`Agent`; not set in files.
     """
 
     name: str
@@ -38,6 +39,7 @@ class Row:
     views: tuple[str, ...] = ()
     overrides: Mapping[str, Any] = field(default_factory=dict)
     paper: str = ""
+    wording: Callable[[str, int], str] | None = None
 
     @property
     def paths(self) -> list[str]:
@@ -49,14 +51,11 @@ class Row:
         """The name as a folder's."""
         return "".join(letter if letter.isalnum() else "_" for letter in self.name.lower()).strip("_")
 
-    def arguments(self) -> list[str]:
-        """The overrides as on a command line."""
-        return options(self.overrides)
-
-
-def options(overrides: Mapping[str, Any]) -> list[str]:
-    """A policy's settings by dotted name, as on a command line: ``{commander: oracle}`` -> ``--commander=oracle``."""
-    return [f"--{name}={_written(value)}" for name, value in overrides.items()]
+    def described(self) -> dict[str, Any]:
+        """All that its results depend on, as it is written down."""
+        described = asdict(self)
+        # As in the records of tables begun before there was this field.
+        return described if self.wording is not None else {k: v for k, v in described.items() if k != "wording"}
 
 
 def read_rows(rows: str) -> list[Row]:
@@ -92,7 +91,7 @@ def _entries(path: Path) -> list[Any]:
 
 
 def _row(entry: Any, origin: str) -> Row:
-    known = [part.name for part in fields(Row)]
+    known = [part.name for part in fields(Row) if part.name != "wording"]
     if not isinstance(entry, dict) or not entry.get("name") or set(entry) - set(known):
         raise LlakeyError(f"Expected a row with a name and fields out of {', '.join(known)} in {origin}, got {entry}.")
     for name in ("name", "policy_path", "command_path", "action_path", "paper"):
@@ -115,7 +114,3 @@ def _short(path: str) -> str:
     """The telling part of a path such as outputs/action/checkpoints/last/pretrained_model."""
     parts = [part for part in Path(path).parts if part not in ("checkpoints", "last", "pretrained_model")]
     return parts[-1] if parts else path
-
-
-def _written(value: Any) -> str:
-    return str(value).lower() if isinstance(value, bool) else str(value)

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures.process import BrokenProcessPool
-from dataclasses import dataclass, field
 from pathlib import Path
 
 from tqdm import tqdm
 
-from lerobot_llakey.errors import LlakeyError, MissingFileError
+from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.evaluation.protocol.films import choose, film_path, make_film
-from lerobot_llakey.evaluation.protocol.loading import why_missing
 from lerobot_llakey.evaluation.protocol.plan import Plan
 from lerobot_llakey.evaluation.protocol.records import Records
 from lerobot_llakey.evaluation.protocol.rows import Row
@@ -19,33 +17,6 @@ from lerobot_llakey.evaluation.protocol.work import run_trial
 from lerobot_llakey.parallel import run_jobs
 
 EPISODES, VIDEOS = "episodes.jsonl", "videos"
-
-
-@dataclass(frozen=True)
-class Runnable:
-    """The rows of a table.
-
-    Attributes:
-        rows: those that can be run.
-        missing: names of the others, with the reason.
-    """
-
-    rows: list[Row]
-    missing: dict[str, str] = field(default_factory=dict)
-
-
-def runnable(rows: Sequence[Row]) -> Runnable:
-    """Tell the rows apart whose checkpoints are there.
-
-    Raises:
-        MissingFileError: if no row can be run.
-    """
-    missing = {row.name: reason for row in rows if (reason := why_missing(row))}
-    found = [row for row in rows if row.name not in missing]
-    if not found:
-        reasons = "; ".join(f"{name}: {reason}" for name, reason in missing.items())
-        raise MissingFileError(f"Expected at least one row with a checkpoint, got none ({reasons}); correct --rows.")
-    return Runnable(found, missing)
 
 
 def run_missing(plan: Plan, rows: Sequence[Row], records: Records, num_workers: int) -> None:

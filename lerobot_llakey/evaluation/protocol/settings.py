@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
@@ -9,12 +10,12 @@ from pathlib import Path
 from typing import Any
 
 from lerobot_llakey.errors import LlakeyError
-from lerobot_llakey.evaluation.protocol.loading import fingerprint
 from lerobot_llakey.evaluation.protocol.plan import Plan
 from lerobot_llakey.evaluation.protocol.rows import Row
 from lerobot_llakey.files import reading, write_whole
+from lerobot_llakey.saved.folder import find_checkpoint, require_file
 
-_FILE = "settings.json"
+_FILE, _BLOCK = "settings.json", 1 << 20
 
 
 def settings_of(plan: Plan, rows: Sequence[Row], missing: Mapping[str, str]) -> dict[str, Any]:
@@ -25,9 +26,31 @@ def settings_of(plan: Plan, rows: Sequence[Row], missing: Mapping[str, str]) -> 
         rows: of the table.
         missing: names of the rows that cannot be run, with the reason.
     """
-    described = {row.name: asdict(row) | {"weights": None if row.name in missing else fingerprint(row)} for row in rows}
+    described = {
+        row.name: row.described() | {"weights": None if row.name in missing else fingerprint(row)} for row in rows
+    }
     # Through JSON once, so that tuples and lists compare as they will when read again.
     return dict(json.loads(json.dumps({"plan": asdict(plan), "rows": described})))
+
+
+def fingerprint(row: Row) -> str:
+    """A digest of all files of the row's checkpoints, which changes with any weight or setting in them.
+
+    Raises:
+        MissingFileError: if a checkpoint is missing.
+        LlakeyError: if it is broken, or cannot be fetched.
+    """
+    digest = hashlib.sha256()
+    for path in row.paths:
+        folder = find_checkpoint(path)
+        for file in sorted(folder.rglob("*")):
+            if not file.is_dir() and file.suffix != ".md":
+                require_file(file)
+                digest.update(str(file.relative_to(folder)).encode())
+                with file.open("rb") as stream:
+                    while block := stream.read(_BLOCK):
+                        digest.update(block)
+    return digest.hexdigest()
 
 
 def claim(folder: Path, settings: dict[str, Any]) -> None:

@@ -2,66 +2,49 @@
 
 from __future__ import annotations
 
+import functools
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
+from dataclasses import replace
 
 import torch
-from lerobot.utils.random_utils import set_seed
 
-from lerobot_llakey import schema
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.evaluation.protocol.blame import find_blame
 from lerobot_llakey.evaluation.protocol.loading import load_row
 from lerobot_llakey.evaluation.protocol.plan import Plan, Trial
 from lerobot_llakey.evaluation.protocol.records import Record
 from lerobot_llakey.evaluation.protocol.rows import Row
-from lerobot_llakey.rollout.actors import Actor, run_episode
+from lerobot_llakey.parallel import kept
+from lerobot_llakey.rollout.actors import Actor, Agent
+from lerobot_llakey.rollout.episode import run_episode
 from lerobot_llakey.sim.env import LlakeySimEnv
 
 
-class _AtHand:
-    """The policies of one row and the environment of one task: those in use, since others come in blocks later."""
+class _Actors:
+    """The policy of a row as it is, and as it follows the oracle's instructions, each loaded when first asked for."""
 
-    def __init__(self) -> None:
-        self._row: Row | None = None
-        self._actors: dict[bool, Actor] = {}
-        self._scene: tuple[Any, ...] = ()
-        self._env: LlakeySimEnv | None = None
+    def __init__(self, row: Row) -> None:
+        self._row = row
 
-    def actor(self, row: Row, oracle: bool = False) -> Actor:
-        if row != self._row:
-            self._row, self._actors = row, {}
-        if oracle not in self._actors:
-            self._actors[oracle] = load_row(row, oracle)
-        return self._actors[oracle]
+    @functools.cached_property
+    def alone(self) -> Actor:
+        return load_row(self._row)
 
-    def env(self, plan: Plan, trial: Trial) -> LlakeySimEnv:
-        scene = (trial.task, trial.disturbance, plan.split, plan.max_steps)
-        if self._env is None or scene != self._scene:
-            if self._env is not None:
-                self._env.close()
-            self._scene, self._env = scene, make_env(plan, trial)
-        return self._env
+    @functools.cached_property
+    def guided(self) -> Actor:
+        return load_row(self._row, oracle=True)
 
 
-_at_hand = _AtHand()
-
-
-def make_env(plan: Plan, trial: Trial, detailed: bool = False) -> LlakeySimEnv:
+def make_env(task: str, disturbance: str, split: str, max_steps: int, detailed: bool = False) -> LlakeySimEnv:
     """The environment of an episode.
 
     It always asks the expert what it would say: that is what blame rests on, and since the expert may draw from the
     scene's random numbers, an episode is the same again only where it is asked again.
     """
     return LlakeySimEnv(
-        trial.task,
-        plan.split,
-        episode_length=plan.max_steps,
-        oracle_instructions=True,
-        disturbance=trial.disturbance,
-        detailed=detailed,
+        task, split, episode_length=max_steps, oracle_instructions=True, disturbance=disturbance, detailed=detailed
     )
 
 
@@ -77,19 +60,12 @@ def run_trial(row: Row, plan: Plan, trial: Trial) -> Record:
     """
     with named(trial), single_threaded():
         started = time.perf_counter()
-        env, actor = _at_hand.env(plan, trial), _at_hand.actor(row)
-        seed = schema.scene_seed(plan.split, trial.scene)
-        _seed(actor, seed)
-        episode = run_episode(env, actor, trial.scene)
+        env = kept(make_env, trial.task, trial.disturbance, plan.split, plan.max_steps)
+        actors = kept(_Actors, replace(row, name="", wording=None))
+        episode = run_episode(env, _told(actors.alone, row), trial.scene)
         blame, swapped_at = "", None
-        if plan.blame and not episode.success and _has_levels(actor):
-
-            def guided() -> Actor:
-                guide = _at_hand.actor(row, oracle=True)
-                _seed(guide, seed)
-                return guide
-
-            blame, swapped_at = find_blame(env, episode, guided)
+        if plan.blame and not episode.success and _has_levels(actors.alone):
+            blame, swapped_at = find_blame(env, episode, lambda: _told(actors.guided, row))
         return Record(trial, episode, blame, swapped_at, time.perf_counter() - started)
 
 
@@ -115,11 +91,9 @@ def single_threaded() -> Iterator[None]:
         torch.set_num_threads(threads)
 
 
-def _seed(actor: Actor, seed: int) -> None:
-    set_seed(seed)
-    reseed = getattr(getattr(actor, "policy", None), "reseed", None)
-    if reseed is not None:
-        reseed(seed)
+def _told(actor: Actor, row: Row) -> Actor:
+    """An actor that is told the skill in the row's words."""
+    return replace(actor, wording=row.wording) if row.wording and isinstance(actor, Agent) else actor
 
 
 def _has_levels(actor: Actor) -> bool:

@@ -244,6 +244,6 @@ class LlakeyActionPolicy(CheckedWeights, PreTrainedPolicy):
         figures["coarse_within_2cm"] = share_within(*looks["coarse"], views, 0.02 / self.cube.edge)
         if "fine" in looks:
             figures["fine_within_5mm"] = share_within(*looks["fine"], views, 0.005 / config.crop_size)
-        figures["rotation_within_5_degrees"] = share_turned_less(self.pose.quaternion(pose), labels.quaternion, 5.0)
+        figures["rotation_within_5deg"] = share_turned_less(self.pose.quaternion(pose), labels.quaternion, 5.0)
         figures["gripper_right"] = share_right(pose.gripper, labels.gripper)
         return loss, figures

@@ -7,7 +7,7 @@ import pytest
 from fakes_protocol import Hands, small_env
 from lerobot_llakey.evaluation.protocol.blame import find_blame, first_difference
 from lerobot_llakey.evaluation.protocol.records import ACTION, COMMAND
-from lerobot_llakey.rollout.actors import Episode, run_episode
+from lerobot_llakey.rollout.episode import Episode, run_episode
 from lerobot_llakey.sim.env import LlakeySimEnv
 
 

@@ -9,7 +9,7 @@ from lerobot_llakey.evaluation.protocol.estimate import Estimate, estimate
 from lerobot_llakey.evaluation.protocol.plan import Plan, Trial
 from lerobot_llakey.evaluation.protocol.records import Record, Records
 from lerobot_llakey.evaluation.protocol.rows import Row
-from lerobot_llakey.rollout.actors import Episode
+from lerobot_llakey.rollout.episode import Episode
 
 PLAN = Plan(("open_drawer", "close_jar"), num_episodes=3, repeats=2)
 ROWS = [Row("measured", "x"), Row("unknown", "y")]

@@ -9,9 +9,9 @@ import pytest
 
 from fakes_action import small_config
 from lerobot_llakey.errors import LlakeyError, MissingFileError
-from lerobot_llakey.evaluation.protocol.loading import fingerprint, why_missing
+from lerobot_llakey.evaluation.protocol.loading import runnable, why_missing
 from lerobot_llakey.evaluation.protocol.rows import EXPERT, Row
-from lerobot_llakey.evaluation.protocol.runner import runnable
+from lerobot_llakey.evaluation.protocol.settings import fingerprint
 from lerobot_llakey.policies.action.modeling_llakey_action import LlakeyActionPolicy
 
 HEADER = b'{"a":{"dtype":"F32","shape":[1],"data_offsets":[0,4]}}'

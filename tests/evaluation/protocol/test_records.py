@@ -6,7 +6,7 @@ import pytest
 
 from lerobot_llakey.evaluation.protocol.plan import Trial
 from lerobot_llakey.evaluation.protocol.records import COMMAND, Record, Records
-from lerobot_llakey.rollout.actors import Episode
+from lerobot_llakey.rollout.episode import Episode
 
 
 def _record(episode: int) -> Record:

@@ -16,7 +16,7 @@ def test_rows_of_a_file(tmp_path: Path) -> None:
     first, second = read_rows(str(file))
     assert first == Row("LLaKey (1 view)", command_path="a/b/c", action_path="d/e/f", views=("front",))
     assert first.slug == "llakey__1_view" and first.paths == ["a/b/c", "d/e/f"]
-    assert second.arguments() == ["--commander=oracle", "--command.constrain=false"]
+    assert second.overrides == {"commander": "oracle", "command.constrain": False}
 
 
 def test_rows_of_paths() -> None:

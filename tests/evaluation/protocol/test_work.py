@@ -1,16 +1,20 @@
 """An episode depends on its scene alone, and an error says where it came up."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 import torch
 
 from fakes_protocol import Hands, small_env
+from lerobot_llakey import parallel
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.evaluation.protocol import work
 from lerobot_llakey.evaluation.protocol.plan import Plan, Trial
 from lerobot_llakey.evaluation.protocol.records import ACTION, COMMAND
 from lerobot_llakey.evaluation.protocol.rows import Row
 from lerobot_llakey.evaluation.protocol.work import run_trial
+from lerobot_llakey.rollout.actors import Agent, Expert
 
 PLAN = Plan(("open_drawer",), 2, 1, max_steps=6)
 ROW = Row("a", "x")
@@ -25,9 +29,9 @@ def acts(monkeypatch: pytest.MonkeyPatch):
     """Let somebody act in place of the row's checkpoint; by themselves, and with the oracle's instructions."""
 
     def put(alone, guided=None) -> None:
-        monkeypatch.setattr(work, "_at_hand", work._AtHand())
+        monkeypatch.setattr(parallel, "_kept", {})
         monkeypatch.setattr(work, "LlakeySimEnv", small_env)
-        monkeypatch.setattr(work, "load_row", lambda row, oracle: guided if oracle else alone)
+        monkeypatch.setattr(work, "load_row", lambda row, oracle=False: guided if oracle else alone)
 
     return put
 
@@ -52,12 +56,38 @@ def test_the_order_of_episodes_does_not_matter(acts) -> None:
 
 
 def test_the_policys_own_random_numbers_follow_the_scene(acts) -> None:
-    seeds: list[int] = []
     hands = Hands()
-    hands.policy.reseed = seeds.append
     acts(hands)
     run_trial(ROW, PLAN, _trial(1))
-    assert seeds == [200_000_001]
+    assert hands.seed == 200_000_001
+
+
+def test_a_policy_is_told_the_rows_wording_and_loaded_once_for_all_of_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    told: list[tuple[str, str]] = []
+
+    class Listener(Agent):
+        def act(self, env, observation):  # type: ignore[no-untyped-def]
+            told.append((env.task_description, self.wording(env.task_description, 0) if self.wording else ""))
+            return Expert().act(env, observation)
+
+    loaded: list[str] = []
+
+    def load_row(row: Row) -> Listener:
+        loaded.append(row.policy_path)
+        return Listener(SimpleNamespace(reset=lambda: None), None, None)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(parallel, "_kept", {})
+    monkeypatch.setattr(work, "LlakeySimEnv", small_env)
+    monkeypatch.setattr(work, "load_row", load_row)
+    plan = Plan(("open_drawer",), 1, 1, max_steps=1, blame=False)
+    for row in (ROW, Row("louder", "x", wording=_loud), Row("other", "y")):
+        run_trial(row, plan, _trial(0))
+    assert [loud for _, loud in told] == ["", told[0][0].upper(), ""]
+    assert loaded == ["x", "y"]
+
+
+def _loud(description: str, sequence: int) -> str:
+    return description.upper()
 
 
 def test_failures_are_put_down_to_a_level(acts) -> None:

@@ -8,6 +8,7 @@ import torch
 from torch import Tensor
 from torch.nn import functional as F
 
+from lerobot_llakey.geometry import rotation_error
 from lerobot_llakey.policies.action.heads.targets import heat_target
 from lerobot_llakey.policies.action.networks.view_network import ViewOutput
 from lerobot_llakey.policies.action.views.renderer import project
@@ -47,6 +48,5 @@ def share_right(logits: Tensor, flag: Tensor) -> float:
 
 
 def share_turned_less(first: Tensor, second: Tensor, degrees: float) -> float:
-    """Share of rows in which two unit quaternions (B, 4) differ by at most some degrees."""
-    cosine = (first.double() * second.double()).sum(dim=-1).abs().clamp(max=1.0)
-    return (2 * cosine.arccos() <= torch.deg2rad(torch.tensor(degrees))).float().mean().item()
+    """Share of rows in which two quaternions (B, 4) differ by at most some degrees, half a turn not counting."""
+    return (rotation_error(first, second) <= degrees).float().mean().item()

@@ -98,7 +98,7 @@ def test_what_the_user_names_is_asked_without_the_secret(server, whole, command,
     named = {"command.base_url": server.url}
     paths = {"command_path": str(command), "action_path": str(tmp_path / "action")}
     for policy in (
-        Agent.load(whole, overrides=[f"--command.base_url={server.url}"]).policy,
+        Agent.load(whole, overrides={"command.base_url": server.url}).policy,
         load_row(Row("a row", policy_path=str(whole), overrides=named)).policy,
         load_row(Row("a row", **paths, overrides=named)).policy,
     ):
