@@ -118,3 +118,9 @@ def test_a_single_quaternion_takes_the_nearer_sign() -> None:
     assert np.array_equal(nearest_sign(quaternion), -quaternion)
     assert np.array_equal(nearest_sign(quaternion, quaternion), quaternion)
     assert np.allclose(unit_quaternion(5 * quaternion), quaternion)
+
+
+def test_the_pose_at_the_head_of_a_state_is_so_far_from_that_of_an_action() -> None:
+    state = np.array([0, 0, 0, 0, 0, 0, 1, *[0.5] * 8], dtype=np.float32)
+    action = np.array([0.03, 0, 0.04, 0, 0, -np.sin(np.pi / 8), -np.cos(np.pi / 8), 1, 0], dtype=np.float32)
+    assert Pose.of(state).distance(Pose.of(action)) == pytest.approx((0.05, np.pi / 4), abs=1e-6)
