@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from lerobot_llakey import schema
 from lerobot_llakey.geometry import Pose, canonical_quaternion
-from lerobot_llakey.policies.hierarchy import implied
 from lerobot_llakey.policies.hierarchy.configuration_llakey import LlakeyConfig
 from lerobot_llakey.policies.hierarchy.decision import Choice
 
@@ -90,12 +90,12 @@ class Supervisor:
         else:
             assert self.last is not None
             grammar, parsed = config.spoken, self.last.parsed
-            adjusted = implied.set_gripper(action, grammar.gripper_implied(parsed))
+            adjusted = set_gripper(action, grammar.gripper_implied(parsed))
             adjusted[schema.QUATERNION] = canonical_quaternion(adjusted[schema.QUATERNION])
             if config.screw_about_tool_axis and parsed.template in grammar.about_tool_axis:
-                adjusted = implied.about_tool_axis(adjusted, state)
+                adjusted = about_tool_axis(adjusted, state)
             if config.raise_upward and parsed.template in grammar.straight_up:
-                adjusted = implied.straight_up(adjusted, state)
+                adjusted = straight_up(adjusted, state)
         adjusted[schema.QUATERNION] = canonical_quaternion(adjusted[schema.QUATERNION])
         self._gripper = float(adjusted[schema.GRIPPER])
         return adjusted.astype(np.float32)
@@ -114,3 +114,41 @@ class Supervisor:
         move[schema.QUATERNION] = state[schema.QUATERNION]
         move[schema.GRIPPER] = float(state[schema.GRIPPER] > 0.5) if self._gripper is None else self._gripper
         return move
+
+
+# Conditions hidden in the words of an instruction (algorithm 1 of the paper, lines 6 to 8).
+
+
+def set_gripper(action: np.ndarray, implied: bool | None) -> np.ndarray:
+    """The action (9,) with the gripper that the words ask for: True open, False closed, None as it is."""
+    changed = np.array(action, dtype=np.float64)
+    if implied is not None:
+        changed[schema.GRIPPER] = float(implied)
+    return changed
+
+
+def about_tool_axis(action: np.ndarray, state: np.ndarray) -> np.ndarray:
+    """The action (9,) with all motion taken out but that about and along the hand's own z axis: what a screw does.
+
+    Args:
+        action: with a quaternion of non-zero length.
+        state: (15,) the present state.
+    """
+    changed = np.array(action, dtype=np.float64)
+    present = Rotation.from_quat(state[schema.QUATERNION])
+    _, _, z, w = (present.inv() * Rotation.from_quat(changed[schema.QUATERNION])).as_quat()
+    # The twist of the swing-twist decomposition; half a turn about another axis has none.
+    twist = Rotation.from_quat([0.0, 0.0, z, w]) if np.hypot(z, w) > 1e-6 else Rotation.identity()
+    axis = present.as_matrix()[:, 2]
+    position = np.asarray(state[schema.POSITION], dtype=np.float64)
+    changed[schema.POSITION] = position + axis * (axis @ (changed[schema.POSITION] - position))
+    changed[schema.QUATERNION] = (present * twist).as_quat()
+    return changed
+
+
+def straight_up(action: np.ndarray, state: np.ndarray) -> np.ndarray:
+    """The action (9,) with the hand where it is or right above, at the height asked for if that is above."""
+    changed = np.array(action, dtype=np.float64)
+    x, y, z = np.asarray(state[schema.POSITION], dtype=np.float64)
+    changed[schema.POSITION] = x, y, max(z, changed[2])
+    return changed

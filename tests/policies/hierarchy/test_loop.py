@@ -45,8 +45,8 @@ def _step(loop: Loop, batch: dict) -> list[Step]:
 
 
 def test_every_step_is_on_record() -> None:
-    loop, commander = _loop(repeat_threshold=0, random_move_probability=1.0), Says("grab the lid", "gibberish")
-    sent = [_step(loop, commander, _batch(2, x)) for x in (0.3, 0.3, 0.4)]
+    loop = _loop("grab the lid", "gibberish", repeat_threshold=0, random_move_probability=1.0)
+    sent = [_step(loop, _batch(2, x)) for x in (0.3, 0.3, 0.4)]
     first, second, third = loop.log.steps[0]
     assert (first.said, first.instruction, first.source, first.likelihood) == (
         "grab the lid",
