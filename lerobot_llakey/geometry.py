@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 from torch import Tensor
 
+from lerobot_llakey import schema
 from lerobot_llakey.errors import LlakeyError
 
 DOWN = np.array([1.0, 0.0, 0.0, 0.0])
@@ -32,6 +33,12 @@ class Pose:
         # A copy: MuJoCo hands out views of arrays that it goes on to change.
         object.__setattr__(self, "position", np.array(self.position, dtype=np.float64).reshape(3))
         object.__setattr__(self, "quaternion", canonical_quaternion(self.quaternion))
+
+    @staticmethod
+    def of(numbers: ArrayLike) -> Pose:
+        """Pose at the head of a state, a hand or an action: x y z in metres, then a quaternion xyzw."""
+        numbers = np.asarray(numbers, dtype=np.float64)
+        return Pose(numbers[schema.POSITION], numbers[schema.QUATERNION])
 
     @staticmethod
     def from_matrix(matrix: np.ndarray) -> Pose:

@@ -186,13 +186,13 @@ class Grammar:
         """Whether a text is an instruction of the grammar."""
         return self.parsed_or_none(text) is not None
 
-    def canonical(self, text: str) -> str:
-        """The same instruction in its canonical wording; a free text with single spaces.
+    def canonical(self, text: str | Instruction) -> str:
+        """The same instruction, read already or not, in its canonical wording; a free text with single spaces.
 
         Raises:
             LlakeyError: if the text is no instruction of the grammar.
         """
-        instruction = self.parse(text)
+        instruction = self.parse(text) if isinstance(text, str) else text
         return instruction.arguments[0] if self.is_free else self.instruct(instruction.template, *instruction.arguments)
 
     def paraphrase(self, text: str, rng: np.random.Generator) -> str:
@@ -207,9 +207,9 @@ class Grammar:
         variant = int(rng.integers(len(self.templates[instruction.template].texts)))
         return self.render(Instruction(instruction.template, instruction.arguments, variant))
 
-    def gripper_implied(self, text: str) -> bool | None:
+    def gripper_implied(self, text: str | Instruction) -> bool | None:
         """The gripper condition in the words: True open, False closed, None if nothing is implied; never raises."""
-        instruction = self.parsed_or_none(text)
+        instruction = self.parsed_or_none(text) if isinstance(text, str) else text
         return None if instruction is None or self.is_free else self.templates[instruction.template].gripper
 
     def _longest(self, instruction: Instruction) -> int:

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from lerobot_llakey.policies.hierarchy.record import Step
+from lerobot_llakey.policies.hierarchy.step_log import Step
 
 
 def a_step(row: int = 0, **changes: Any) -> Step:

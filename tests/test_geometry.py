@@ -134,3 +134,9 @@ def test_rotation_error_forgives_half_a_turn_of_the_gripper_only() -> None:
     second = torch.from_numpy(np.stack([other.as_quat() for other in others])).float()
     for signed in (second, -second):
         assert torch.allclose(rotation_error(first, signed).float(), torch.tensor([0.0, 8, 8, 180]), atol=0.1)
+
+
+def test_the_pose_at_the_head_of_a_state_is_so_far_from_that_of_an_action() -> None:
+    state = np.array([0, 0, 0, 0, 0, 0, 1, *[0.5] * 8], dtype=np.float32)
+    action = np.array([0.03, 0, 0.04, 0, 0, -np.sin(np.pi / 8), -np.cos(np.pi / 8), 1, 0], dtype=np.float32)
+    assert Pose.of(state).distance(Pose.of(action)) == pytest.approx((0.05, np.pi / 4), abs=1e-6)

@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 from tqdm import tqdm
 
 from lerobot_llakey import schema
+from lerobot_llakey.diagnostics.simulations import simulation_of
 from lerobot_llakey.geometry import Pose
 from lerobot_llakey.parallel import run_jobs
 from lerobot_llakey.sim.arm.planning import PlanningError

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from lerobot_llakey import schema
-from lerobot_llakey.policies.hierarchy.record import Step
+from lerobot_llakey.policies.hierarchy.step_log import Step
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from lerobot_llakey.drive.board import Board
-from lerobot_llakey.drive.pilot import ROW, Pilot
+from lerobot_llakey.drive.pilot import Pilot
 from lerobot_llakey.drive.ride import VIEWER, Ride
 from lerobot_llakey.sim.env import LlakeySimEnv
 
@@ -41,7 +41,7 @@ class Driver:
         self.wishes: list[Callable[[], object]] = []
         self.left: int | None = None
         self.going = False
-        self._board, self._corrections = board, pilot.corrections
+        self._board = board
         self._ride = Ride(pilot, make_env, output_dir, self._show_frame)
 
     def begin(self, task: str, seed: int) -> None:
@@ -60,7 +60,6 @@ class Driver:
         self._board.publish(
             phase="waiting",
             proposal=proposal,
-            held=self._corrections.held(ROW),
             own_goal=self._ride.own_goal,
             goal=self._ride.goal,
             pictures=self._ride.pictures,
@@ -114,7 +113,7 @@ class Driver:
         """End the episode."""
         video = self._ride.end()
         if video is not None:
-            self._board.publish(phase="over", running=False, proposal=None, held=None, video=video, note="Stopped.")
+            self._board.publish(phase="over", running=False, proposal=None, video=video, note="Stopped.")
 
     def close(self) -> None:
         """End the episode and free the simulator."""

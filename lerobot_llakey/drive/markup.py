@@ -80,7 +80,7 @@ def _proposal(now: Snapshot) -> list[str]:
         return ['<div class="next" id="drive-next">-</div>']
     by = {"person": "you", "policy": "the command policy", "oracle": "the expert"}.get(proposal.source, proposal.source)
     likelihood = "" if proposal.likelihood is None else f", likelihood {100 * proposal.likelihood:.0f} %"
-    said = f"; it said {proposal.said!r}, which is no basic action" if proposal.said else ""
+    said = f"; it said {proposal.said!r}, which is no basic action" if proposal.unparsable else ""
     kind = "next person" if proposal.source == "person" else "next"
     label = "Being carried out" if now.phase == "moving" else "Next, if you accept it"
     return [

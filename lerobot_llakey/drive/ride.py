@@ -12,7 +12,8 @@ import numpy as np
 from lerobot_llakey import schema
 from lerobot_llakey.drive.driven_step import DrivenStep
 from lerobot_llakey.drive.film import FPS, StreamedFilm
-from lerobot_llakey.drive.pilot import ROW, Pilot, Proposal
+from lerobot_llakey.drive.pilot import ROW, Pilot
+from lerobot_llakey.policies.hierarchy.decision import Choice
 from lerobot_llakey.sim.env import LlakeySimEnv
 
 VIEWER = "viewer"
@@ -84,7 +85,7 @@ class Ride:
         self._film.add(self.pictures[VIEWER], self.goal, "")
         env.watch(self._take, FPS)
 
-    def propose(self) -> Proposal:
+    def propose(self) -> Choice:
         """What :meth:`step` will carry out."""
         return self._pilot.propose(self.own_goal, self._observation)
 

@@ -16,7 +16,7 @@ from lerobot_llakey.drive.hints import read_instruction
 from lerobot_llakey.drive.pilot import ROW, Pilot
 from lerobot_llakey.drive.snapshot import Snapshot
 from lerobot_llakey.errors import LlakeyError
-from lerobot_llakey.policies.hierarchy.commanders.corrections import Hold
+from lerobot_llakey.policies.hierarchy.corrections import Hold
 from lerobot_llakey.sim.env import LlakeySimEnv
 from lerobot_llakey.sim.tasks import parse_tasks
 

@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 
 from lerobot_llakey.drive.driven_step import DrivenStep
-from lerobot_llakey.drive.pilot import Proposal
+from lerobot_llakey.policies.hierarchy.decision import Choice
 
 Phase = Literal["preparing", "waiting", "moving", "over", "failed"]
 
@@ -28,7 +28,6 @@ class Snapshot:
         own_goal: the skill instruction that the scene was made for.
         goal: the one that holds.
         proposal: what the next step will carry out; None while there is none.
-        held: the person's correction that stands, None if there is none.
         steps: what was done so far.
         note: the last thing worth telling the person.
         pictures: camera name, or "viewer" for the human's -> (H, W, 3) uint8.
@@ -43,10 +42,14 @@ class Snapshot:
     seed: int = 0
     own_goal: str = ""
     goal: str = ""
-    proposal: Proposal | None = None
-    held: str | None = None
+    proposal: Choice | None = None
     steps: tuple[DrivenStep, ...] = ()
     note: str = ""
     pictures: Mapping[str, np.ndarray] = field(default_factory=dict)
     folder: Path | None = None
     video: Path | None = None
+
+    @property
+    def held(self) -> str | None:
+        """The person's correction that stands, None if there is none."""
+        return self.proposal.instruction if self.proposal is not None and self.proposal.source == "person" else None

@@ -14,8 +14,9 @@ from lerobot_llakey import schema
 from lerobot_llakey.drive.pilot import Pilot
 from lerobot_llakey.drive.session import Session
 from lerobot_llakey.policies.action.configuration_llakey_action import LlakeyActionConfig
-from lerobot_llakey.policies.hierarchy.commanders.commander import Commander, Said
+from lerobot_llakey.policies.hierarchy.commanders import Commander
 from lerobot_llakey.policies.hierarchy.configuration_llakey import LlakeyConfig
+from lerobot_llakey.policies.hierarchy.decision import Said
 from lerobot_llakey.policies.hierarchy.modeling_llakey import LlakeyPolicy
 from lerobot_llakey.rollout.actors import Agent
 from lerobot_llakey.sim.env import LlakeySimEnv
@@ -31,7 +32,7 @@ class Script(Commander):
         self.envs = envs
         self.goals: list[str] = []
 
-    def ask(self, batch: Any, rows: Any, previous: Any, sample: bool = False, seeds: Any = ()) -> list[Said]:
+    def ask(self, batch: Any, rows: Any, previous: Any) -> list[Said]:
         self.goals.append(batch[schema.TASK][0])
         return [Said(self.envs[-1].oracle_instruction() or "raise the robotic arm", "policy", 0.9)]
 
@@ -100,7 +101,7 @@ def agent(envs: list[LlakeySimEnv], script: Script) -> Agent:
     config.output_features = {schema.ACTION: features.pop(schema.ACTION)}
     config.input_features = features
     policy = LlakeyPolicy(config).eval()
-    policy.commander, policy.action = script, Hand(envs)  # type: ignore[assignment]
+    policy.loop.commander, policy.action = script, Hand(envs)  # type: ignore[assignment]
     return Agent(policy, lambda batch: batch, lambda action: action)
 
 

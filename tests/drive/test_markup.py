@@ -8,14 +8,17 @@ from fakes_steps import a_step
 from lerobot_llakey import schema
 from lerobot_llakey.drive.driven_step import DrivenStep
 from lerobot_llakey.drive.markup import known_html, pictures_html, standing_html, table_html
-from lerobot_llakey.drive.pilot import Proposal
 from lerobot_llakey.drive.snapshot import Snapshot
+from lerobot_llakey.instructions import BASIC_GRAMMAR
+from lerobot_llakey.policies.hierarchy.decision import Choice
 
 EVIL = "<script>alert(1)</script>"
 
 
 def test_standing_shows_goal_proposal_source_and_likelihood() -> None:
-    moment = Snapshot(phase="waiting", goal="g", own_goal="g", proposal=Proposal("grasp the lid", "policy", 0.42))
+    parsed = BASIC_GRAMMAR.parse("grasp the lid")
+    proposal = Choice("grasp the lid", parsed, "policy", "grab the lid", 0.42)
+    moment = Snapshot(phase="waiting", goal="g", own_goal="g", proposal=proposal)
     html = standing_html(moment)
     assert "grasp the lid" in html and "the command policy, likelihood 42 %" in html and "yours" not in html
     changed = Snapshot(phase="over", goal="mine", own_goal="its own", folder=Path("here"), video=Path("here/a.mp4"))
@@ -31,7 +34,7 @@ def test_the_table_has_the_latest_step_first() -> None:
 
 def test_texts_are_escaped() -> None:
     step = DrivenStep(a_step(instruction=EVIL, source=EVIL), EVIL, False)
-    proposal = Proposal(EVIL, EVIL, said=EVIL)
+    proposal = Choice(EVIL, BASIC_GRAMMAR.parse("grasp the lid"), EVIL, EVIL, unparsable=True)
     moment = Snapshot(goal=EVIL, own_goal=EVIL + "!", note=EVIL, task=EVIL, proposal=proposal, steps=(step,))
     for html in (standing_html(moment), table_html(moment), known_html([EVIL])):
         assert "<script>" not in html and "&lt;script&gt;" in html

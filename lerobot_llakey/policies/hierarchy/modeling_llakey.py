@@ -13,17 +13,15 @@ from torch import Tensor
 from lerobot_llakey import schema
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.action.modeling_llakey_action import LlakeyActionPolicy
-from lerobot_llakey.policies.batch import read_hands, read_numbers
 from lerobot_llakey.policies.command.modeling_llakey_command import LlakeyCommandPolicy
 from lerobot_llakey.policies.command.pretrained.loading import ASSETS, save_assets
-from lerobot_llakey.policies.hierarchy.commanders.build import build_commander
-from lerobot_llakey.policies.hierarchy.commanders.commander import Commander
+from lerobot_llakey.policies.hierarchy.commanders import build_commander
 from lerobot_llakey.policies.hierarchy.configuration_llakey import LlakeyConfig
-from lerobot_llakey.policies.hierarchy.dataset_needs import check_training_dataset
+from lerobot_llakey.policies.hierarchy.decision import Decision
 from lerobot_llakey.policies.hierarchy.loop import Loop
-from lerobot_llakey.policies.hierarchy.parts import load_part, parameter_groups
-from lerobot_llakey.policies.hierarchy.publishing import PublishedPolicy
-from lerobot_llakey.policies.hierarchy.record import Step
+from lerobot_llakey.policies.hierarchy.model_card import PublishedPolicy
+from lerobot_llakey.policies.hierarchy.parts import check_training_dataset, load_part, parameter_groups
+from lerobot_llakey.policies.hierarchy.step_log import Step
 from lerobot_llakey.policies.hierarchy.supervisor import Supervisor
 from lerobot_llakey.policies.training_texts import training_texts
 from lerobot_llakey.saved.folder import DOWNLOAD, inspect_checkpoint, read_settings
@@ -42,9 +40,8 @@ class LlakeyPolicy(CheckedWeights, PublishedPolicy):
         assets_dir: folder of a pretrained language model's architecture, set by :meth:`from_pretrained`.
 
     Attributes:
-        commander: who gives the instructions; another may be put in its place, such as
-            :class:`~lerobot_llakey.policies.hierarchy.commanders.corrections.Corrections` around it.
-        last_instructions: the instruction being carried out in each row, for overlays.
+        loop: what is remembered of the episodes; its ``corrections`` take a person's words, and its ``commander``, who
+            gives the instructions, may be replaced.
     """
 
     config_class = LlakeyConfig
@@ -113,8 +110,7 @@ class LlakeyPolicy(CheckedWeights, PublishedPolicy):
             self.command.requires_grad_(False)
         if not config.train_action:
             self.action.requires_grad_(False)
-        self.commander: Commander = build_commander(config, self.command)
-        self.loop = Loop(config)
+        self.loop = Loop(config, build_commander(config, self.command))
 
     @classmethod
     def from_pretrained(
@@ -201,11 +197,14 @@ class LlakeyPolicy(CheckedWeights, PublishedPolicy):
         """What was done in each row since the last :meth:`reset`, step by step."""
         return self.loop.log.steps
 
+    @property
+    def last_instructions(self) -> list[str]:
+        """The instruction last carried out in each row, for overlays."""
+        return [row.last.instruction for row in self.supervisors if row.last is not None]
+
     def reset(self) -> None:
         """Forget all episodes; the next batch sets the number of rows."""
         self.loop.reset()
-        self.last_instructions: list[str] = []
-        self.commander.reset()
         self.action.reset()
 
     def reseed(self, seed: int) -> None:
@@ -213,6 +212,17 @@ class LlakeyPolicy(CheckedWeights, PublishedPolicy):
         self.config.seed = seed
 
     @torch.no_grad()
+    def decide(self, batch: dict[str, Any], known: Decision | None = None) -> Decision:
+        """What each row would do now; nothing is remembered, see :meth:`Loop.decide`."""
+        return self.loop.decide(batch, known)
+
+    @torch.no_grad()
+    def act(self, decision: Decision) -> Tensor:
+        """Carry a decision out: the actions (B, 9) to send, see :meth:`select_action`."""
+        actions = self.action.select_action(decision.batch)
+        steps = self.loop.commit(decision, actions.float().cpu().numpy())
+        return torch.tensor([step.sent for step in steps], dtype=torch.float32, device=actions.device)
+
     def select_action(self, batch: dict[str, Any], **kwargs: Any) -> Tensor:
         """One step of algorithm 1 for every row.
 
@@ -227,15 +237,7 @@ class LlakeyPolicy(CheckedWeights, PublishedPolicy):
             LlakeyError: if the number of rows or the thread changed without a reset, or something in the batch is
                 missing or wrong.
         """
-        if schema.STATE in batch:  # the loop says so where it is missing
-            rows = len(read_hands(batch, self.config.action.hand_columns))
-            for key in map(schema.image_key, schema.cameras_of(batch)):
-                read_numbers(batch, key, ("channels", "height", "width"), rows)
-        self.last_instructions = self.loop.instruct(self.commander, batch)
-        batch = {**self.commander.with_tasks(batch), schema.INSTRUCTION: list(self.last_instructions)}
-        actions = self.action.select_action(batch)
-        sent = self.loop.send(self.commander, batch, actions.float().cpu().numpy())
-        return torch.from_numpy(sent).to(actions.device)
+        return self.act(self.decide(batch))
 
     def predict_action_chunk(self, batch: dict[str, Any], **kwargs: Any) -> Tensor:
         """One step as a chunk (B, 1, 9)."""

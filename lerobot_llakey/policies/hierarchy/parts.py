@@ -1,14 +1,20 @@
-"""Loads one trained part of the hierarchy, and refuses anything else."""
+"""The two parts of the hierarchy: loading a trained one, and what training them takes."""
 
 from __future__ import annotations
 
+import functools
+import operator
 from pathlib import Path
 from typing import Any
 
 from lerobot.configs import PreTrainedConfig
 from lerobot.policies.pretrained import PreTrainedPolicy
 
+from lerobot_llakey.checks.dataset import check_dataset
 from lerobot_llakey.errors import LlakeyError, MissingFileError
+from lerobot_llakey.policies.action.dataset_needs import dataset_needs as action_needs
+from lerobot_llakey.policies.command.dataset_needs import dataset_needs as command_needs
+from lerobot_llakey.policies.hierarchy.configuration_llakey import LlakeyConfig
 from lerobot_llakey.saved.folder import inspect_checkpoint, read_settings
 from lerobot_llakey.saved.own import given_options
 from lerobot_llakey.saved.processors import OUR_STEPS
@@ -61,3 +67,22 @@ def parameter_groups(part: PreTrainedPolicy, multiplier: float) -> list[dict[str
     defaults = {"lr": preset.lr, "betas": preset.betas, "eps": preset.eps, "weight_decay": preset.weight_decay}
     groups = [defaults | group for group in groups]
     return [group | {"lr": group["lr"] * multiplier} for group in groups]
+
+
+def check_training_dataset(config: LlakeyConfig, meta: Any | None) -> None:
+    """Refuse a dataset that cannot train the parts that are trained; nothing where there is none.
+
+    Args:
+        config: the policy's settings.
+        meta: a ``LeRobotDatasetMetadata``, or None.
+
+    Raises:
+        LlakeyError: if a column is wrong, see :mod:`lerobot_llakey.checks.dataset`.
+    """
+    needs = []
+    if config.has_command and config.train_command and config.command.backend == "local":
+        needs.append(command_needs(config.command))
+    if config.train_action:
+        needs.append(action_needs(config.action))
+    if meta is not None and needs:
+        check_dataset(meta, functools.reduce(operator.or_, needs))

@@ -9,7 +9,6 @@ from safetensors.torch import load_file, save_file
 
 from lerobot_llakey import schema
 from lerobot_llakey.instructions import BASIC_GRAMMAR
-from lerobot_llakey.policies.hierarchy.commanders.corrections import Corrections
 from lerobot_llakey.policies.hierarchy.modeling_llakey import LlakeyPolicy
 
 
@@ -136,7 +135,7 @@ def test_a_list_commands_one_a_step(make_tiny, observation, monkeypatch) -> None
 
 def test_a_person_corrects_and_changes_the_goal(make_tiny, observation, monkeypatch) -> None:
     policy = make_tiny()
-    policy.commander = corrections = Corrections(policy.commander)
+    corrections = policy.loop.corrections
     read, goals = _read(policy, monkeypatch), []
     answer = policy.command.answer
     monkeypatch.setattr(policy.command, "answer", lambda batch, *_: goals.append(batch[schema.TASK]) or answer(batch))
@@ -172,7 +171,7 @@ def test_a_camera_with_fewer_rows_than_the_state_is_named(make_tiny, observation
 
 def test_missing_state_is_named(make_tiny, observation) -> None:
     del observation[schema.STATE]
-    with pytest.raises(ValueError, match=r"Expected 'observation.state'"):
+    with pytest.raises(ValueError, match=r"Expected observation.state in the batch"):
         make_tiny().select_action(observation)
 
 

@@ -2,7 +2,7 @@ import json
 from pathlib import Path
 
 from fakes_steps import a_step
-from lerobot_llakey.policies.hierarchy.log import EpisodeLog
+from lerobot_llakey.policies.hierarchy.step_log import EpisodeLog
 
 
 def test_keeps_the_steps_of_each_row_and_forgets_them_with_the_episode() -> None:
@@ -28,3 +28,9 @@ def test_writes_one_file_an_episode_and_the_same_episode_anew(tmp_path: Path) ->
     assert [[line["index"] for line in file] for file in lines] == [[0, 1]] * 3
     assert [file[0]["said"] for file in lines] == ["row 0", "row 2", "row 1"]
     assert lines[0][0] == json.loads(json.dumps(a_step(0, said="row 0").as_json()))
+
+
+def test_a_step_can_be_written_down() -> None:
+    read = json.loads(json.dumps(a_step(3, likelihood=None, moved=True, sent=(1 / 3, *[0.0] * 8)).as_json()))
+    assert (read["row"], read["likelihood"], read["moved"], len(read["state"])) == (3, None, True, 8)
+    assert read["sent"] == [0.333333, *[0.0] * 8]
