@@ -20,12 +20,11 @@ import numpy as np
 from lerobot_llakey.errors import LlakeyError, said
 from lerobot_llakey.grammar_data import LONGEST, NOTHING, Instruction, Template, phrase_problem, read_file, read_rules
 from lerobot_llakey.grammar_overlap import SLOT
+from lerobot_llakey.schema import GRAMMAR_INFO
 from lerobot_llakey.sentences import SENTENCE, read_sentence, shortened
 
 BASIC, FREE = "basic", "free"
 """Names of the grammars that come with the package."""
-INFO_KEY = "grammar"
-"""In the ``info`` of a dataset's instruction feature."""
 _BASIC_FILE = Path(__file__).parent / "grammars" / "basic.yaml"
 
 
@@ -246,4 +245,4 @@ def of_features(features: Mapping[str, Any], key: str) -> Grammar:
         features: as ``info.json`` describes them.
         key: of the instruction feature.
     """
-    return Grammar.from_data(((features.get(key) or {}).get("info") or {}).get(INFO_KEY))
+    return Grammar.from_data(((features.get(key) or {}).get("info") or {}).get(GRAMMAR_INFO))

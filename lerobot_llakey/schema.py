@@ -27,6 +27,8 @@ INSTRUCTION = "instruction"
 PREVIOUS_INSTRUCTION = "previous_instruction"
 """The instruction last commanded when the frame was taken: the finished one at a keyframe, else the current one."""
 TEXTS = (INSTRUCTION, PREVIOUS_INSTRUCTION)
+GRAMMAR_INFO = "grammar"
+"""Where the ``info`` of the instruction feature keeps the texts' grammar."""
 STEP = "observation.step"
 """Number of keyframe actions taken before the frame, float32 (1,): the timestep that RVT is given."""
 ORACLE_INSTRUCTION = "observation.oracle_instruction"
@@ -177,13 +179,17 @@ def vector(names: Sequence[str]) -> dict[str, Any]:
     return {"dtype": "float32", "shape": (len(names),), "names": list(names)}
 
 
-def label_features() -> dict[str, dict[str, Any]]:
-    """LeRobot features of what :mod:`lerobot_llakey.labels` makes of a recording, and of where an episode came from."""
+def label_features(grammar: Any = "basic") -> dict[str, dict[str, Any]]:
+    """LeRobot features of what :mod:`lerobot_llakey.labels` makes of a recording, and of where an episode came from.
+
+    Args:
+        grammar: of the instructions, as ``Grammar.to_data`` gives it.
+    """
     scalar_int = {"dtype": "int64", "shape": (1,), "names": None}
     text = {"dtype": "string", "shape": (1,), "names": None}
     return {
         ACTION: vector(ACTION_NAMES),
-        INSTRUCTION: dict(text),
+        INSTRUCTION: {**text, "info": {GRAMMAR_INFO: grammar}},
         PREVIOUS_INSTRUCTION: dict(text),
         STEP: {"dtype": "float32", "shape": (1,), "names": None},
         IS_KEYFRAME: {"dtype": "bool", "shape": (1,), "names": None},

@@ -25,7 +25,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "sentences": set(),
     "grammar_overlap": set(),
     "grammar_data": {"grammar_overlap"},
-    "grammar": GRAMMAR,
+    "grammar": {*GRAMMAR, "schema"},
     "instructions": GRAMMAR,
     "hints": GRAMMAR | {"instructions"},
     "keyframes": FOUNDATION,

@@ -29,7 +29,7 @@ from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.files import check_writable
 from lerobot_llakey.folders import new_folder, refuse_occupied
 from lerobot_llakey.geometry import continuous_quaternions
-from lerobot_llakey.grammar import INFO_KEY, Grammar
+from lerobot_llakey.grammar import Grammar
 from lerobot_llakey.hand import hand_columns, joint_columns, read_hand
 from lerobot_llakey.instructions import BASIC_GRAMMAR
 from lerobot_llakey.keyframes import discover_keyframes, pose_numbers
@@ -164,8 +164,7 @@ def annotate(
     labels = [_label(episode, instructions.get(episode.episode, ()), ignore_collision) for episode in found]
     names = found[0].names
     velocity_names, _ = velocity_columns(names)
-    features = schema.label_features() | {schema.STATE: schema.vector(names)}
-    features[schema.INSTRUCTION]["info"] = {INFO_KEY: grammar.to_data()}
+    features = schema.label_features(grammar.to_data()) | {schema.STATE: schema.vector(names)}
     kept = {schema.EPISODE_SEED, schema.EPISODE_VARIATION, schema.EPISODE_SEQUENCE, *schema.ORIGIN_COLUMNS}
     kept &= set(source.features)
     columns = {key: values for key, values in _columns(found, labels).items() if key not in kept}

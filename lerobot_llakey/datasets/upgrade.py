@@ -67,7 +67,8 @@ def _cameras(features: Mapping[str, Any], source: Path) -> tuple[str, ...]:
 
 
 def _new_features(features: Mapping[str, Any], cameras: Sequence[str]) -> dict[str, dict[str, Any]]:
-    new = {_TEXTS[key]: dict(features[key]) for key in _TEXTS if key in features}
+    labels = schema.label_features()
+    new = {_TEXTS[key]: labels[_TEXTS[key]] for key in _TEXTS if key in features}
     new |= {key: dict(features[key]) for key in (schema.STATE, schema.ACTION) if key in features}
     for camera in cameras:
         if _INTRINSICS in features:

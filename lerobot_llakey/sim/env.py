@@ -18,7 +18,7 @@ from lerobot_llakey.sim.cameras import RGBD, CameraRig
 from lerobot_llakey.sim.perturbations.registry import make_perturbation
 from lerobot_llakey.sim.settings import MAX_STEPS, check_settings
 from lerobot_llakey.sim.simulation import Simulation
-from lerobot_llakey.sim.spaces import action_space, checked_action, observation_space
+from lerobot_llakey.sim.spaces import action_space, checked_action, observation_space, require_units
 from lerobot_llakey.sim.tasks import make_task
 from lerobot_llakey.sim.tasks.base import Waypoint
 from lerobot_llakey.sim.text_codes import encode_text
@@ -148,14 +148,14 @@ class LlakeySimEnv(gym.Env):
         """Carry out one keyframe action (9,).
 
         Raises:
-            LlakeyError: if it is no action: another shape, not finite, a quaternion far from length 1, a flag far
-                from 0 and 1; or if no episode has been begun.
+            LlakeyError: if it is no action: another shape, or not finite; or if no episode has been begun.
         """
         self._require_episode("step()")
         action = checked_action(action)
-        target = Pose(action[schema.POSITION], action[schema.QUATERNION])
         simulation, failure = self.simulation, ""
         try:
+            require_units(action)
+            target = Pose(action[schema.POSITION], action[schema.QUATERNION])
             simulation.act(target, bool(action[schema.GRIPPER] > _HALF), bool(action[schema.IGNORE_COLLISION] > _HALF))
         except PlanningError as error:
             failure = error.reason

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 from typing import Any
 
@@ -10,6 +11,9 @@ from gymnasium import spaces
 
 from lerobot_llakey import schema
 from lerobot_llakey.errors import LlakeyError
+from lerobot_llakey.sim.arm.planning import PlanningError
+
+_LOG = logging.getLogger(__name__)
 
 _BOUND = 2.0
 """Bound of an action's numbers; a position beyond it is out of reach."""
@@ -22,11 +26,8 @@ _LENGTHS = (0.1, 10.0)
 def checked_action(action: Any) -> np.ndarray:
     """An action as (9,) float64.
 
-    A pose out of reach is an action all the same: a step without motion.
-
     Raises:
-        LlakeyError: if it is no action: another shape or kind, not finite, a quaternion far from length 1, a flag far
-            from 0 and 1.
+        LlakeyError: if it is no action: another shape or kind, or not finite.
     """
     wanted = f"an action of {schema.ACTION_DIM} finite numbers ({', '.join(schema.ACTION_NAMES)})"
     try:
@@ -39,16 +40,25 @@ def checked_action(action: Any) -> np.ndarray:
     numbers = numbers.astype(np.float64)
     if not np.isfinite(numbers).all():
         raise LlakeyError(f"Expected {wanted}, got {numbers}; check the policy's output.")
-    length = math.hypot(*numbers[schema.QUATERNION])
-    if not _LENGTHS[0] <= length <= _LENGTHS[1]:
-        raise LlakeyError(f"Expected a quaternion of length 1, got one of {length:g}; check the policy's output.")
-    for column in (schema.GRIPPER, schema.IGNORE_COLLISION):
-        if not -_BESIDE <= numbers[column] <= 1 + _BESIDE:
-            raise LlakeyError(
-                f"Expected {schema.ACTION_NAMES[column]} to be 0 or 1, or between, got {numbers[column]:g}; "
-                "check the units of the policy's output."
-            )
     return numbers
+
+
+def require_units(action: np.ndarray) -> None:
+    """Refuse to carry out an action (9,) that means no pose and no flags, as a pose out of reach is refused.
+
+    Policies that regress actions give anything before they are trained; one in other units is told by the log.
+
+    Raises:
+        PlanningError: if the quaternion is far from length 1, or a flag far from 0 and 1.
+    """
+    length = math.hypot(*action[schema.QUATERNION])
+    wrong = [] if _LENGTHS[0] <= length <= _LENGTHS[1] else [f"a quaternion of length 1, got one of {length:g}"]
+    for column in (schema.GRIPPER, schema.IGNORE_COLLISION):
+        if not -_BESIDE <= action[column] <= 1 + _BESIDE:
+            wrong.append(f"{schema.ACTION_NAMES[column]} to be 0 or 1, or between, got {action[column]:g}")
+    if wrong:
+        _LOG.warning("Expected %s: the arm stays; check the units of the policy's output.", ", and ".join(wrong))
+        raise PlanningError("unreachable")
 
 
 def action_space() -> spaces.Box:

@@ -10,6 +10,7 @@ from lerobot.datasets.lerobot_dataset import LeRobotDataset
 
 from lerobot_llakey import schema
 from lerobot_llakey.datasets.plan import Targets
+from lerobot_llakey.grammar import of_features
 
 KINDS = ("demonstrations", "keysteps")
 _PLACES = {"index", "episode_index", "task_index"}
@@ -35,6 +36,9 @@ def assert_same_episodes(
 ) -> None:
     """The made dataset holds these episodes of the source, frame for frame."""
     assert made.num_episodes == len(episodes)
+    assert (
+        of_features(made.features, schema.INSTRUCTION).to_data() == made.features[schema.INSTRUCTION]["info"]["grammar"]
+    )
     assert made.meta.stats is not None and source.meta.stats is not None
     assert set(made.meta.stats) == set(source.meta.stats) - without
     first = 0

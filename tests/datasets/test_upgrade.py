@@ -26,7 +26,7 @@ def old_features(dtype: str) -> dict[str, dict[str, Any]]:
     """What the first contract wrote."""
     new = schema.dataset_features(dict.fromkeys(CAMERAS, (SIZE, SIZE)), dtype=dtype)
     kept = {key: value for key, value in new.items() if not any(part in key for part in _PARTS)}
-    texts = {f"observation.{key}": kept.pop(key) for key in schema.TEXTS}
+    texts = {f"observation.{key}": {**kept.pop(key), "info": None} for key in schema.TEXTS}
     shapes = {"observation.camera_intrinsics": (2, 3, 3), "observation.camera_extrinsics": (2, 4, 4)}
     return kept | texts | {key: {"dtype": "float32", "shape": shape, "names": None} for key, shape in shapes.items()}
 

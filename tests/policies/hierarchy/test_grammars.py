@@ -14,7 +14,7 @@ from fakes import fake_keysteps
 from lerobot_llakey import schema
 from lerobot_llakey.datasets.rewrite import rewrite
 from lerobot_llakey.errors import LlakeyError
-from lerobot_llakey.grammar import INFO_KEY, Grammar, of_features
+from lerobot_llakey.grammar import Grammar, of_features
 from lerobot_llakey.policies.action.configuration_llakey_action import LlakeyActionConfig
 from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
 from lerobot_llakey.policies.hierarchy.configuration_llakey import LlakeyConfig
@@ -34,22 +34,19 @@ TEXTS = {
 GRAMMARS = {"own": OWN, "free": "free"}
 
 
-def _worded(root: Path, texts: str, grammar: object = None, without: tuple[str, ...] = ()) -> LeRobotDataset:
+def _worded(root: Path, texts: str, grammar: object = "basic") -> LeRobotDataset:
     """A tiny dataset with other texts and a grammar."""
-    fake_keysteps(root, episodes=2, image_size=32, without=without)
+    fake_keysteps(root, episodes=2, image_size=32)
 
     def of(table: pa.Table) -> dict[str, pa.Array]:
-        columns = {key: table[key].to_pylist() for key in (schema.INSTRUCTION, schema.PREVIOUS_INSTRUCTION)}
+        columns = {key: table[key].to_pylist() for key in schema.TEXTS}
         return {
             key: pa.array([TEXTS[texts][text.split()[0]] if text else "" for text in column], type=pa.string())
             for key, column in columns.items()
         }
 
-    features = schema.label_features()
-    told = {key: dict(features[key]) for key in (schema.INSTRUCTION, schema.PREVIOUS_INSTRUCTION)}
-    if grammar is not None:
-        told[schema.INSTRUCTION]["info"] = {INFO_KEY: grammar}
-    rewrite(root, of, told)
+    features = schema.label_features(grammar)
+    rewrite(root, of, {key: features[key] for key in schema.TEXTS})
     return LeRobotDataset("me/words", root=root)
 
 
@@ -108,9 +105,8 @@ def test_texts_outside_the_grammar_and_two_grammars_are_refused(tmp_path: Path) 
 
 
 def test_lerobots_tools_keep_the_grammar(tmp_path: Path) -> None:
-    matrices = (schema.INTRINSICS, schema.EXTRINSICS)  # LeRobot's tools fail on columns of matrices
-    own = _worded(tmp_path / "own", "own", OWN, matrices)
-    free = _worded(tmp_path / "free", "free", "free", matrices)
+    own = _worded(tmp_path / "own", "own", OWN)
+    free = _worded(tmp_path / "free", "free", "free")
     shorter = delete_episodes(own, [0], output_dir=tmp_path / "shorter", repo_id="me/shorter")
     fewer = remove_feature(own, schema.STEP, output_dir=tmp_path / "fewer", repo_id="me/fewer")
     both = merge_datasets([shorter, own], "me/both", tmp_path / "both")
