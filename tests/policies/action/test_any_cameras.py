@@ -1,8 +1,13 @@
 """The policy reads cameras and state by name: what else a batch holds, and in which order, changes nothing."""
 
+from pathlib import Path
+
 import pytest
 import torch
+from lerobot.datasets.lerobot_dataset import LeRobotDataset
+from torch.utils.data import DataLoader
 
+from fakes import fake_keysteps
 from fakes_action import observation, small_config
 from lerobot_llakey import schema
 from lerobot_llakey.policies.action.modeling_llakey_action import LlakeyActionPolicy
@@ -45,3 +50,33 @@ def test_a_hand_without_gripper_or_joints_counts_as_open() -> None:
     bare = batch | {schema.STATE: batch[schema.STATE][:, :7]}
     policy = make(state_names=list(schema.POSE_NAMES))
     assert torch.equal(policy.select_action(bare), make().select_action(batch))
+
+
+def trained_on(dataset: LeRobotDataset, cameras: list[str]) -> tuple[LlakeyActionPolicy, torch.Tensor]:
+    """A policy after two steps of training, and what it does for the frames of the dataset."""
+    torch.manual_seed(0)
+    config = small_config(cameras=cameras, workspace="auto", state_names=[])
+    policy = LlakeyActionPolicy(config, dataset_meta=dataset.meta).train()
+    optimizer = torch.optim.SGD(policy.parameters(), lr=1e-3)
+    for batch, _ in zip(DataLoader(dataset, batch_size=6), range(2), strict=False):
+        loss, _ = policy.forward(batch)
+        optimizer.zero_grad()
+        loss.backward()
+        optimizer.step()
+    batch = next(iter(DataLoader(dataset, batch_size=6)))
+    texts = {schema.INSTRUCTION: ["grasp the red block"] * 6}
+    return policy, policy.select_action(batch | texts)
+
+
+def test_two_cameras_of_a_dataset_of_four_are_as_good_as_a_dataset_of_these_two(tmp_path: Path) -> None:
+    others = [part(camera) for camera in ("left_shoulder", "right_shoulder") for part in PARTS]
+    four = fake_keysteps(tmp_path / "four")
+    two = fake_keysteps(tmp_path / "two", without=others)
+    assert schema.cameras_of(two.meta.features) == ("front", "wrist")
+    cameras = ["wrist", "front"]
+    (policy, actions), (other, expected) = trained_on(four, cameras), trained_on(two, cameras)
+    assert torch.equal(actions, expected)
+    weights = other.state_dict()
+    assert all(torch.equal(weight, weights[name]) for name, weight in policy.state_dict().items())
+    assert policy.config.workspace == other.config.workspace
+    assert not torch.equal(actions, trained_on(four, ["left_shoulder"])[1])
