@@ -18,24 +18,23 @@ from lerobot_llakey.sim.tasks.base import Task, Waypoint
 from lerobot_llakey.sim.tasks.grasping import grasping
 from lerobot_llakey.sim.world import World
 
-COLOURS = ("red", "blue")
-
 
 @register_task  # from now on --env.task and --task know it, wherever this module has been imported
 class LiftBlock(Task):
     """Lift the block of the named colour."""
 
     name: ClassVar[str] = "lift_block"
-    variations: ClassVar[int] = len(COLOURS)
+    variations: ClassVar[int] = 2
+    colours: ClassVar[tuple[str, str]] = ("red", "blue")
 
     def build(self, spec: mujoco.MjSpec) -> None:
-        for colour in COLOURS:
+        for colour in self.colours:
             add_block(spec, colour)
 
     def reset(self, world: World, variation: int) -> None:
-        self.variation, self.colour = variation, COLOURS[variation]
+        self.variation, self.colour = variation, self.colours[variation]
         self.description = f"lift the {self.colour} block"
-        for colour, y in zip(COLOURS, (-0.15, 0.15), strict=True):
+        for colour, y in zip(self.colours, (-0.15, 0.15), strict=True):
             world.place(f"{colour}_block", Pose(np.array([world.rng.uniform(0.4, 0.55), y, BLOCK])))
 
     def success(self, world: World) -> bool:
