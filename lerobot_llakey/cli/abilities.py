@@ -69,7 +69,7 @@ def command_policy(policy: Any, path: str) -> Any:
 @with_options
 def run(config: AbilitiesConfig) -> None:
     """Measure, print the tables, write the results."""
-    agent = Agent.load(config.policy_path, overrides=options(config.overrides))
+    agent = Agent.load(config.policy_path, overrides=options(config.overrides), dataset_meta=dataset.meta)
     policy = command_policy(agent.policy, config.policy_path)
     if config.constrain is not None:
         policy.config.constrain = config.constrain

@@ -98,13 +98,16 @@ class Agent:
     env_preprocessor: Processor = field(default_factory=lambda: LlakeySimConfig().get_env_processors()[0])
 
     @staticmethod
-    def load(path: str | Path, oracle: bool = False, overrides: Sequence[str] = ()) -> Agent:
+    def load(
+        path: str | Path, oracle: bool = False, overrides: Sequence[str] = (), dataset_meta: Any | None = None
+    ) -> Agent:
         """Load a checkpoint folder or a Hub repository.
 
         Args:
             path: what LeRobot calls ``--policy.path``.
             oracle: let the expert's instructions, which the environment must give, take the command policy's place.
             overrides: other settings, each as on a command line: ``--repeat_threshold=5``.
+            dataset_meta: of the dataset whose frames it will be given, in place of the simulator's.
 
         Raises:
             MissingFileError: if nothing is there.
@@ -112,7 +115,7 @@ class Agent:
         """
         folder = inspect_checkpoint(path)
         with reading(folder, "checkpoint"):
-            return _load(folder, oracle, overrides)
+            return _load(folder, oracle, overrides, dataset_meta)
 
     def reset(self) -> None:
         """Forget the last episode."""
@@ -144,12 +147,12 @@ class Agent:
         return action
 
 
-def _load(folder: Path, oracle: bool, overrides: Sequence[str]) -> Agent:
+def _load(folder: Path, oracle: bool, overrides: Sequence[str], dataset_meta: Any | None) -> Agent:
     config = PreTrainedConfig.from_pretrained(folder, cli_overrides=list(overrides))
     config.pretrained_path = folder
     if oracle and hasattr(config, "commander"):  # an action policy alone reads the oracle by itself
         config.commander = "oracle"
-    policy = make_policy(config, env_cfg=LlakeySimConfig())
+    policy = make_policy(config, ds_meta=dataset_meta, env_cfg=None if dataset_meta else LlakeySimConfig())
     preprocessor, postprocessor = make_pre_post_processors(
         config,
         pretrained_path=str(folder),
