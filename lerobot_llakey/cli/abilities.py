@@ -16,6 +16,7 @@ from lerobot_llakey.evaluation.abilities.files import write_abilities
 from lerobot_llakey.evaluation.abilities.measure import measure
 from lerobot_llakey.evaluation.abilities.report import markdown
 from lerobot_llakey.rollout.actors import Agent
+from lerobot_llakey.saved.folder import inspect_checkpoint
 
 
 @dataclass
@@ -68,13 +69,14 @@ def command_policy(policy: Any, path: str) -> Any:
 @with_options
 def run(config: AbilitiesConfig) -> None:
     """Measure, print the tables, write the results."""
-    agent = Agent.load(config.policy_path, overrides=config.overrides)
+    inspect_checkpoint(config.policy_path)  # before a dataset is fetched for it
+    dataset = open_dataset(config.repo_id, config.root)
+    agent = Agent.load(config.policy_path, overrides=config.overrides, dataset_meta=dataset.meta)
     policy = command_policy(agent.policy, config.policy_path)
     if config.constrain is not None:
         policy.config.constrain = config.constrain
     if not config.hold:
         policy.config.hold_above = None
-    dataset = open_dataset(config.repo_id, config.root)
     measured = measure(policy, agent.preprocessor, dataset, config.batch_size, config.max_samples, config.num_workers)
     print(markdown(measured))
     if policy.held:

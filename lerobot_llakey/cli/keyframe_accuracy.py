@@ -56,7 +56,7 @@ def run(config: KeyframeAccuracyConfig) -> None:
     """Measure, print the table, write the results."""
     inspect_checkpoint(config.policy_path)  # before a dataset is fetched for it
     dataset = open_dataset(config.repo_id, config.root)
-    agent = Agent.load(config.policy_path, overrides=config.overrides)
+    agent = Agent.load(config.policy_path, overrides=config.overrides, dataset_meta=dataset.meta)
     policy = getattr(agent.policy, "action", agent.policy)
     figures = keyframe_accuracy(policy, dataset, agent.preprocessor, None, config.num_samples, config.batch_size)
     rows = [

@@ -50,7 +50,7 @@ def run(config: ShowConfig) -> None:
         require_rerun()
     inspect_checkpoint(config.policy_path)  # before a dataset is fetched for it
     dataset = open_dataset(config.repo_id, config.root)
-    agent = Agent.load(config.policy_path, overrides=config.overrides)
+    agent = Agent.load(config.policy_path, overrides=config.overrides, dataset_meta=dataset.meta)
     seen = look(agent.policy, dataset, config.index, agent.preprocessor)
     write_png(config.output, page(seen))
     if config.rerun is not None:

@@ -68,13 +68,19 @@ class Agent:
     wording: Callable[[str, int], str] | None = None
 
     @staticmethod
-    def load(path: str | Path, oracle: bool = False, overrides: Mapping[str, Any] | None = None) -> Agent:
+    def load(
+        path: str | Path,
+        oracle: bool = False,
+        overrides: Mapping[str, Any] | None = None,
+        dataset_meta: Any | None = None,
+    ) -> Agent:
         """Load a checkpoint folder or a Hub repository.
 
         Args:
             path: what LeRobot calls ``--policy.path``.
             oracle: let the expert's instructions, which the environment must give, take the command policy's place.
             overrides: other settings by dotted name, such as ``{"command.device": "cpu"}``.
+            dataset_meta: of the dataset whose frames it will be given, in place of the simulator's.
 
         Raises:
             MissingFileError: if nothing is there.
@@ -82,7 +88,7 @@ class Agent:
         """
         folder = inspect_checkpoint(path)
         with reading(folder, "checkpoint"):
-            return _load(folder, oracle, command_line(overrides or {}))
+            return _load(folder, oracle, command_line(overrides or {}), dataset_meta)
 
     def reset(self, seed: int | None = None) -> None:
         """Forget the last episode, and draw from another seed where one is given."""
@@ -125,12 +131,12 @@ def command_line(overrides: Mapping[str, Any]) -> list[str]:
     return [f"--{name}={str(value).lower() if isinstance(value, bool) else value}" for name, value in overrides.items()]
 
 
-def _load(folder: Path, oracle: bool, arguments: list[str]) -> Agent:
+def _load(folder: Path, oracle: bool, arguments: list[str], dataset_meta: Any | None) -> Agent:
     config = PreTrainedConfig.from_pretrained(folder, cli_overrides=arguments)
     config.pretrained_path = folder
     if oracle and hasattr(config, "commander"):  # an action policy alone reads the oracle by itself
         config.commander = "oracle"
-    policy = make_policy(config, env_cfg=LlakeySimConfig())
+    policy = make_policy(config, ds_meta=dataset_meta, env_cfg=None if dataset_meta else LlakeySimConfig())
     preprocessor, postprocessor = make_pre_post_processors(
         config,
         pretrained_path=str(folder),

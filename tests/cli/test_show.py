@@ -20,7 +20,7 @@ def test_the_page_is_written_and_the_errors_are_printed(
 ) -> None:
     torch.manual_seed(0)
     agent = Agent(LlakeyActionPolicy(small_config(stages=1)).eval(), lambda batch: batch, lambda action: action)
-    monkeypatch.setattr(Agent, "load", staticmethod(lambda path, overrides: agent))
+    monkeypatch.setattr(Agent, "load", staticmethod(lambda path, **given: agent))
     monkeypatch.setattr(show, "inspect_checkpoint", lambda path: path)
     monkeypatch.setattr(sys, "argv", list(sys.argv))
     fake_keysteps(tmp_path / "data", episodes=1, frames=2)

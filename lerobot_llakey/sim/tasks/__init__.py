@@ -1,4 +1,4 @@
-"""The tasks of ``llakey_sim``: every module of this folder that holds a :class:`Task` is found by itself."""
+"""The tasks of ``llakey_sim``: every :class:`Task` in a module of this folder, and those registered elsewhere."""
 
 from __future__ import annotations
 
@@ -9,16 +9,38 @@ import pkgutil
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.sim.tasks.base import Task
 
+_REGISTERED: dict[str, type[Task]] = {}
 
-@functools.cache
+
+def register_task[Kind: type[Task]](kind: Kind) -> Kind:
+    """Make a task of one's own known under its name; a decorator for its class.
+
+    Raises:
+        LlakeyError: if another class has the name.
+    """
+    known = task_classes().get(kind.name, kind)
+    if known is not kind:
+        raise LlakeyError(
+            f"Expected a name of its own for the task {kind.__qualname__}, got {kind.name!r}, which is "
+            f"{known.__module__}.{known.__qualname__}; name it otherwise."
+        )
+    _REGISTERED[kind.name] = kind
+    return kind
+
+
 def task_classes() -> dict[str, type[Task]]:
     """The known tasks by name, sorted."""
+    return dict(sorted((_built_in() | _REGISTERED).items()))
+
+
+@functools.cache
+def _built_in() -> dict[str, type[Task]]:
     found: dict[str, type[Task]] = {}
     for module in pkgutil.iter_modules(__path__):
         for value in vars(importlib.import_module(f"{__name__}.{module.name}")).values():
             if isinstance(value, type) and issubclass(value, Task) and value is not Task:
                 found[value.name] = value
-    return dict(sorted(found.items()))
+    return found
 
 
 def make_task(name: str) -> Task:

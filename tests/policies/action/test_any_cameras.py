@@ -1,8 +1,13 @@
 """The policy reads cameras and state by name: what else a batch holds, and in which order, changes nothing."""
 
+from pathlib import Path
+
 import pytest
 import torch
+from lerobot.datasets.lerobot_dataset import LeRobotDataset
+from torch.utils.data import DataLoader
 
+from fakes import fake_keysteps
 from fakes_action import observation, small_config
 from lerobot_llakey import schema
 from lerobot_llakey.policies.action.modeling_llakey_action import LlakeyActionPolicy
@@ -45,3 +50,22 @@ def test_a_hand_without_gripper_or_joints_counts_as_open() -> None:
     bare = batch | {schema.STATE: batch[schema.STATE][:, :7]}
     policy = make(state_names=list(schema.POSE_NAMES))
     assert torch.equal(policy.select_action(bare), make().select_action(batch))
+
+
+def decisions(dataset: LeRobotDataset, cameras: list[str]) -> tuple[torch.Tensor, torch.Tensor]:
+    """What a fresh policy for a dataset does for its first frames (6, 9), and its losses (6,)."""
+    torch.manual_seed(0)
+    config = small_config(cameras=cameras, workspace="auto", state_names=[])
+    policy = LlakeyActionPolicy(config, dataset_meta=dataset.meta).eval()
+    batch = next(iter(DataLoader(dataset, batch_size=6)))
+    losses, _ = policy.forward(batch, reduction="none")
+    return policy.select_action(batch | {schema.INSTRUCTION: ["grasp the red block"] * 6}), losses.detach()
+
+
+def test_two_cameras_of_a_dataset_of_four_are_as_good_as_a_dataset_of_these_two(tmp_path: Path) -> None:
+    others = [part(camera) for camera in ("left_shoulder", "right_shoulder") for part in PARTS]
+    four, two = fake_keysteps(tmp_path / "four"), fake_keysteps(tmp_path / "two", without=others)
+    assert schema.cameras_of(two.meta.features) == ("front", "wrist")
+    of_four, of_two = decisions(four, ["wrist", "front"]), decisions(two, ["wrist", "front"])
+    assert all(torch.equal(first, second) for first, second in zip(of_four, of_two, strict=True))
+    assert not torch.equal(of_four[1], decisions(four, ["left_shoulder"])[1])
