@@ -15,23 +15,25 @@ SETTINGS = DaggerSettings("somewhere", ("open_drawer",), 3, image_size=32, max_s
 
 
 @pytest.fixture
-def actors(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """The policy stands still; guided by the expert it acts as the expert."""
-    loaded: list[str] = []
+def parts(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """First episodes of the parts begun. The policy stands still; guided by the expert it acts as the expert."""
+    begun: list[int] = []
+    real = module._collect_part
 
-    def load(path: str) -> tuple[Hands, Hands]:
-        loaded.append(path)
-        return Hands(wrong_hands=True), Hands()
+    def collect_part(settings: DaggerSettings, task: str, start: int, stop: int, folder: Path) -> int:
+        begun.append(start)
+        return real(settings, task, start, stop, folder)
 
-    monkeypatch.setattr(module, "_actors", load)
+    monkeypatch.setattr(module, "_actors", lambda path: (Hands(wrong_hands=True), Hands()))
+    monkeypatch.setattr(module, "_collect_part", collect_part)
     monkeypatch.setattr(module, "_PART_EPISODES", 1)
-    return loaded
+    return begun
 
 
-def test_every_other_episode_is_guided(tmp_path: Path, actors: list[str]) -> None:
+def test_every_other_episode_is_guided(tmp_path: Path, parts: list[int]) -> None:
     collect(SETTINGS, tmp_path / "dagger", "local/dagger", num_workers=1)
     dataset = LeRobotDataset("local/dagger", root=tmp_path / "dagger")
-    assert dataset.meta.total_episodes == 3 and actors == ["somewhere"] * 3
+    assert dataset.meta.total_episodes == 3 and parts == [0, 1, 2]
     lengths = list(dataset.meta.episodes["length"])
     assert lengths[1] == 3 and lengths[0] == lengths[2] == 5
     first = dataset[0]
@@ -40,7 +42,7 @@ def test_every_other_episode_is_guided(tmp_path: Path, actors: list[str]) -> Non
     assert seeds == [0, 1, 2]
 
 
-def test_a_stopped_run_goes_on(tmp_path: Path, actors: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_stopped_run_goes_on(tmp_path: Path, parts: list[int], monkeypatch: pytest.MonkeyPatch) -> None:
     real = module.visited_frames
 
     def visited_frames(env, actor, scene, rng, expert_share):
@@ -51,16 +53,16 @@ def test_a_stopped_run_goes_on(tmp_path: Path, actors: list[str], monkeypatch: p
     monkeypatch.setattr(module, "visited_frames", visited_frames)
     with pytest.raises(KeyboardInterrupt):
         collect(SETTINGS, tmp_path / "dagger", "local/dagger", num_workers=1)
-    assert not (tmp_path / "dagger").exists() and len(actors) == 3
+    assert not (tmp_path / "dagger").exists() and len(parts) == 3
     monkeypatch.setattr(module, "visited_frames", real)
     collect(SETTINGS, tmp_path / "dagger", "local/dagger", num_workers=1)
-    assert len(actors) == 4  # one part was left
+    assert len(parts) == 4  # one part was left
     collect(SETTINGS, tmp_path / "dagger", "local/dagger", num_workers=1)
-    assert len(actors) == 4
+    assert len(parts) == 4
     assert LeRobotDataset("local/dagger", root=tmp_path / "dagger").meta.total_episodes == 3
 
 
-def test_another_collection_is_not_mixed_in(tmp_path: Path, actors: list[str]) -> None:
+def test_another_collection_is_not_mixed_in(tmp_path: Path, parts: list[int]) -> None:
     collect(SETTINGS, tmp_path / "dagger", "local/dagger", num_workers=1)
     other = DaggerSettings("elsewhere", SETTINGS.tasks, 3, image_size=32)
     with pytest.raises(ValueError, match="choose another"):
