@@ -9,7 +9,7 @@ from typing import Any, cast
 from lerobot.configs import PolicyFeature, PreTrainedConfig
 
 from lerobot_llakey import grammar, schema
-from lerobot_llakey.bounds import COUNT, SHARE, Bounds, require_box, require_settings, require_texts
+from lerobot_llakey.bounds import COUNT, Bounds, require_box, require_settings, require_texts
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.grammar import Grammar
 from lerobot_llakey.hand import further_columns, hand_columns, names_of
@@ -20,7 +20,6 @@ AUTO = "auto"
 _BOUNDS = {
     "n_obs_steps": Bounds(1, 1, whole=True),
     "scheduler_warmup_steps": COUNT,
-    "scheduler_decay_share": SHARE,
 }
 
 
@@ -30,13 +29,11 @@ class KeyframePolicyConfig(PreTrainedConfig):
 
     Attributes:
         scheduler_warmup_steps: steps over which the learning rate rises.
-        scheduler_decay_share: share of the training's steps over which it falls to zero at the end.
         grammar: which texts are instructions: "basic", "free", a YAML file, or a grammar's whole data, which a
             checkpoint holds. None takes the training dataset's, and "basic" without one.
     """
 
     scheduler_warmup_steps: int = 200
-    scheduler_decay_share: float = 0.25
     grammar: dict[str, Any] | str | None = None
 
     def __post_init__(self) -> None:
@@ -69,7 +66,7 @@ class KeyframePolicyConfig(PreTrainedConfig):
         self.grammar = found.to_data()
 
     def get_scheduler_preset(self) -> WarmupStableDecayConfig:
-        return WarmupStableDecayConfig(self.scheduler_warmup_steps, self.scheduler_decay_share)
+        return WarmupStableDecayConfig(self.scheduler_warmup_steps)
 
     @property
     def observation_delta_indices(self) -> None:

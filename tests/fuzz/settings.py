@@ -78,7 +78,6 @@ def cases(folder: Path, rng: np.random.Generator) -> Iterator[Case]:
         "hierarchy": {
             "commander": ("me",),
             "fallback_instruction": ("", "dance"),
-            "still_distance": (math.inf,),
             "random_move_probability": (1.5,),
         },
         "environment": {

@@ -16,7 +16,7 @@ from lerobot_llakey.policies.draws import numpy_generator, seeded_by_step
 
 ACTION = (
     *("view_size=32", "widths=[16,24,32]", "transformer_layers=1", "transformer_heads=2", "text_width=32"),
-    *("text_layers=1", "text_buckets=64", "paraphrase_probability=0.9", "point_dropout=0.2", "colour_jitter=0.2"),
+    *("text_layers=1", "text_buckets=64", "paraphrase_probability=0.9", "colour_jitter=0.2"),
 )
 COMMAND = (
     *("image_size=32", "patch_size=16", "vision_width=16", "vision_layers=2", "vision_heads=2", "text_width=32"),

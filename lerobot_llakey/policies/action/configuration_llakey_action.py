@@ -34,9 +34,8 @@ class LlakeyActionConfig(RobotConfig):
         crop_noise: the training crops are centred on the target plus uniform noise up to this, in metres.
         splat_radius: pixels by which points grow, for the first and the second stage.
         condition_on: which text steers the policy: the basic action's instruction, the skill's task, or both.
-        instruction_source: "oracle" reads the expert's instruction from the environment where none was given.
-        use_state: also condition on the present hand; ``proprioception`` is what is told of it: its "pose" and gripper
-            opening, or as in RVT the opening of its "gripper" alone.
+        proprioception: what of the present hand the policy is conditioned on: its "pose" and gripper opening, as in RVT
+            the opening of its "gripper" alone, or "none" of it.
         turn_blur: degrees, standard deviation about each axis, by which training tells a wrong turn of the hand where
             the pose is told. A policy that may trust it learns to keep a turn that it should have corrected; one that
             is told nothing cannot see which way round a symmetric hand is.
@@ -55,10 +54,7 @@ class LlakeyActionConfig(RobotConfig):
         heat_sigma_start, heat_sigma_end: standard deviation in pixels of the heat maps' target, shrinking linearly
             over ``heat_shrink_steps`` training steps, then constant.
         augment_translation: metres along each axis; ``augment_yaw``: degrees about z.
-        point_dropout: share of points left out in training; ``colour_jitter``: by what share colours change.
-        position_weight, rotation_weight, gripper_weight, collision_weight: weights of the loss's parts.
-        weight_key: batch key of optional sample weights (B,) or (B, 1); must start with "observation." to get through
-            LeRobot's processors.
+        colour_jitter: by what share training changes colours.
         paraphrase_probability: share of training texts that are replaced by a synonym.
         dtype: precision of the computations: "bfloat16", "float32", or "auto" for the one that is fast on the device;
             weights stay in float32.
@@ -78,8 +74,6 @@ class LlakeyActionConfig(RobotConfig):
     splat_radius: list[int] = field(default_factory=lambda: [0, 1])
 
     condition_on: str = "instruction"
-    instruction_source: str = "oracle"
-    use_state: bool = True
     proprioception: str = "pose"
     turn_blur: float = 25.0
     use_timestep: bool = False
@@ -106,13 +100,7 @@ class LlakeyActionConfig(RobotConfig):
     heat_shrink_steps: int = 1500
     augment_translation: float = 0.06
     augment_yaw: float = 20.0
-    point_dropout: float = 0.0
     colour_jitter: float = 0.0
-    position_weight: float = 1.0
-    rotation_weight: float = 1.0
-    gripper_weight: float = 1.0
-    collision_weight: float = 1.0
-    weight_key: str = schema.SAMPLE_WEIGHT
     paraphrase_probability: float = 0.1
     dtype: str = "auto"
 
@@ -143,7 +131,7 @@ class LlakeyActionConfig(RobotConfig):
         """Names of the observation features that the policy reads at every frame."""
         parts = (schema.image_key, schema.depth_key, schema.intrinsics_key, schema.extrinsics_key)
         keys = [part(camera) for camera in self.cameras for part in parts]
-        keys += [schema.STATE] if self.use_state else []
+        keys += [schema.STATE] if self.proprioception != "none" else []
         return [*keys, schema.STEP] if self.use_timestep else keys
 
     def validate_features(self) -> None:
@@ -165,7 +153,7 @@ class LlakeyActionConfig(RobotConfig):
                 f"Expected the features {', '.join(missing)} for the cameras {', '.join(self.cameras)}, got only "
                 f"{', '.join(sorted(inputs)) or 'none'}; use a dataset with RGB-D cameras or set policy.cameras."
             )
-        if self.use_state:
+        if self.proprioception != "none":
             _ = self.hand_columns
         action = self.action_feature
         if action is not None and tuple(action.shape) != (schema.ACTION_DIM,):

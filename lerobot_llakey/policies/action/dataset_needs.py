@@ -11,15 +11,10 @@ from lerobot_llakey.policies.action.configuration_llakey_action import LlakeyAct
 
 def dataset_needs(config: LlakeyActionConfig) -> Needs:
     """The columns that these settings read, cameras with depth among them."""
-    columns = {*config.required_features(), schema.ACTION, config.weight_key}
+    columns = {*config.required_features(), schema.ACTION, schema.SAMPLE_WEIGHT}
     columns |= {schema.TASK} if config.condition_on != "instruction" else set()
     columns |= {schema.INSTRUCTION} if config.condition_on != "task" else set()
-    return Needs(
-        frozenset(columns),
-        cameras=tuple(config.cameras),
-        workspace=config.box,
-        weight_key=config.weight_key,
-    )
+    return Needs(frozenset(columns), cameras=tuple(config.cameras), workspace=config.box)
 
 
 def check_training_dataset(config: LlakeyActionConfig, meta: Any) -> None:

@@ -10,7 +10,7 @@ from lerobot.policies.pretrained import PreTrainedPolicy
 from torch import Tensor, nn
 
 from lerobot_llakey import schema
-from lerobot_llakey.policies.action.batch.augmentation import sample_motion, varied
+from lerobot_llakey.policies.action.batch.augmentation import jittered, sample_motion
 from lerobot_llakey.policies.action.batch.labels import Labels, moved, read_labels
 from lerobot_llakey.policies.action.batch.point_cloud import PointCloud, fuse_views, read_calibration
 from lerobot_llakey.policies.action.batch.proprioception import (
@@ -131,7 +131,7 @@ class LlakeyActionPolicy(CheckedWeights, PreTrainedPolicy):
             action = read_numbers(batch, schema.ACTION, (schema.ACTION_DIM,), rows := len(intrinsics))
             labels = read_labels(action, self.workspace)
             if self.training and (config.augment_translation > 0 or config.augment_yaw > 0):
-                hand_columns = config.hand_columns if config.use_state else ()
+                hand_columns = config.hand_columns if config.proprioception != "none" else ()
                 if hand_columns:
                     read_hands(batch, hand_columns, rows)  # before a motion makes a pose of it
                 motion = sample_motion(labels.position, self.workspace, config.augment_translation, config.augment_yaw)
@@ -139,7 +139,7 @@ class LlakeyActionPolicy(CheckedWeights, PreTrainedPolicy):
             target = self.cube.to_unit(labels.position)
             cloud = fuse_views(batch, config.cameras, self.workspace)
             if self.training:
-                cloud = varied(cloud, len(target), config.point_dropout, config.colour_jitter)
+                cloud = jittered(cloud, len(target), config.colour_jitter)
             hand = read_proprioception(batch, config, rows, config.turn_blur if self.training else 0.0)
         texts = read_texts(self._texts.fill(batch), config, rows, numpy_generator() if self.training else None)
         with self._autocast():
@@ -150,7 +150,7 @@ class LlakeyActionPolicy(CheckedWeights, PreTrainedPolicy):
                 looks["fine"] = (self.fine(scene, low, extent), (target - low) / extent)
             pose = self._read_pose(*list(looks.values())[-1], scene, hand, labels.heading, labels.quaternion)
         loss, figures = self._loss(looks, pose, labels)
-        loss = check_loss(weighted(loss, batch, config.weight_key))
+        loss = check_loss(weighted(loss, batch))
         if self.training:
             self.training_step += 1
         return (loss if reduction == "none" else loss.mean()), figures
@@ -234,12 +234,10 @@ class LlakeyActionPolicy(CheckedWeights, PreTrainedPolicy):
             int(self.training_step), config.heat_sigma_start, config.heat_sigma_end, config.heat_shrink_steps
         )
         parts = {f"{name}_loss": heat_loss(seen, point, views, sigma) for name, (seen, point) in looks.items()}
-        loss = config.position_weight * torch.stack(list(parts.values())).sum(dim=0)
         parts["rotation_loss"] = self.pose.rotation_loss(pose, labels.quaternion)
         parts["gripper_loss"] = flag_loss(pose.gripper, labels.gripper)
         parts["collision_loss"] = flag_loss(pose.collision, labels.collision)
-        for name in ("rotation", "gripper", "collision"):
-            loss = loss + getattr(config, f"{name}_weight") * parts[f"{name}_loss"]
+        loss = torch.stack(list(parts.values())).sum(dim=0)
         figures: dict[str, Any] = {key: value.detach().mean().item() for key, value in parts.items()}
         figures["coarse_within_2cm"] = share_within(*looks["coarse"], views, 0.02 / self.cube.edge)
         if "fine" in looks:

@@ -42,7 +42,6 @@ class LlakeyCommandConfig(PretrainedModelSettings, RobotConfig):
         chat: how it is asked.
         image_size: pixels a side; other sizes are resized. Pretrained models use their own image processor instead.
         patch_size: pixels a side of one image token.
-        convolutional_stem: the patches overlap (a stack of strided convolutions) rather than being cut apart.
         vision_width, vision_layers, vision_heads: the small CLIP vision tower.
         text_width, text_layers, text_heads: the small Llama language model.
         auxiliary_weight: weight of a training aid for the small model, which also regresses where the gripper is and
@@ -79,7 +78,6 @@ class LlakeyCommandConfig(PretrainedModelSettings, RobotConfig):
 
     image_size: int = schema.IMAGE_SIZE
     patch_size: int = 16
-    convolutional_stem: bool = True
     vision_width: int = 192
     vision_layers: int = 4
     vision_heads: int = 6

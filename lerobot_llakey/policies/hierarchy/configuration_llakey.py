@@ -21,8 +21,6 @@ BOUNDS: dict[str, Bounds] = {
     "repeat_threshold": COUNT,
     "random_move_probability": SHARE,
     "random_move_radius": Bounds(0, FARTHEST),
-    "still_distance": Bounds(0, FARTHEST),
-    "still_degrees": Bounds(0, 180),
     "seed": COUNT,
     "command_lr_multiplier": POSITIVE,
     "action_lr_multiplier": POSITIVE,
@@ -52,8 +50,6 @@ class LlakeyConfig(KeyframePolicyConfig):
             up ("raise the robotic arm"); where it has none, the arm keeps still and an error says so.
         screw_about_tool_axis: let a hand that is told to screw turn about and move along its own z axis only.
         raise_upward: let a hand that is told to raise itself move straight up only.
-        still_distance, still_degrees: a step that moved the hand by less than both, and the gripper by less than a
-            tenth of its opening, did not move.
         seed: of the random moves, together with the first observation of each episode: the same
             seed and scene give the same moves in any batch. Repeat an evaluation with another seed.
         log_dir: folder for a record of every step, one file of JSON lines an episode; none is written by default.
@@ -77,8 +73,6 @@ class LlakeyConfig(KeyframePolicyConfig):
     fallback_instruction: str | None = None
     screw_about_tool_axis: bool = False
     raise_upward: bool = False
-    still_distance: float = 0.005
-    still_degrees: float = 2.0
     seed: int = 0
     log_dir: str | None = users_own(None)
     results_path: str | None = users_own(None)

@@ -12,6 +12,8 @@ from lerobot_llakey.policies.hierarchy.decision import Choice
 
 _GRIPPER_STEP = 0.1
 """Change of the gripper's opening, 0..1, that counts as a motion."""
+_STILL_METRES, _STILL_DEGREES = 0.005, 2.0
+"""A step that moved the hand by less than both did not move it."""
 
 
 class Supervisor:
@@ -57,8 +59,8 @@ class Supervisor:
         if before is not None:
             distance, angle = Pose.of(before).distance(Pose.of(now))
             self.moved = bool(
-                distance >= self.config.still_distance
-                or np.degrees(angle) >= self.config.still_degrees
+                distance >= _STILL_METRES
+                or np.degrees(angle) >= _STILL_DEGREES
                 or abs(before[schema.GRIPPER] - now[schema.GRIPPER]) >= _GRIPPER_STEP
             )
         self._state = now

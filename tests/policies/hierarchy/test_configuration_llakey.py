@@ -44,7 +44,6 @@ def test_the_parts_follow_the_device() -> None:
         ({"fallback_instruction": "dance"}, "a basic action"),
         ({"commander": "list"}, "at least one instruction for commander='list'"),
         ({"commander": "list", "instructions": ["dance"]}, "a basic action"),
-        ({"still_degrees": -1.0}, "still_degrees to be a number from 0 to 180, got -1.0"),
     ],
 )
 def test_bad_settings_are_refused_in_one_sentence(settings: dict, message: str) -> None:
@@ -73,7 +72,7 @@ def test_the_search_finds_numbers_alone_and_in_lists() -> None:
     found = {(kind.__name__, name): depth for kind, name, depth in NUMBERS}
     assert found["LlakeyActionConfig", "crop_size"] == 0 and found["LlakeyCommandConfig", "optimizer_lr"] == 0
     assert found["LlakeyActionConfig", "widths"] == 1 and found["LlakeyActionConfig", "workspace"] == 2
-    assert found["LlakeyConfig", "still_distance"] == 0 and ("LlakeyConfig", "use_amp") not in found
+    assert found["LlakeyConfig", "random_move_radius"] == 0 and ("LlakeyConfig", "use_amp") not in found
     assert len(found) > 70
 
 

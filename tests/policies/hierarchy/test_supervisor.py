@@ -175,7 +175,7 @@ def test_a_hand_at_the_edge_or_outside_stays_within_the_radius_and_goes_no_furth
 
 
 def test_sees_whether_a_step_moved_hand_or_gripper() -> None:
-    supervisor = _supervisor(still_distance=0.005, still_degrees=2.0)
+    supervisor = _supervisor()
     seen = []
     for x, turn, opening in (
         (0.5, 0.0, 1.0),

@@ -6,14 +6,13 @@ Clouds can also be thinned and recoloured, which moves nothing, and what is told
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import torch
 from torch import Tensor
 from torch.nn import functional as F
 
 from lerobot_llakey import geometry, schema
-from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.action.batch.point_cloud import PointCloud
 
 
@@ -82,29 +81,15 @@ def blurred(quaternion: Tensor, degrees: float) -> Tensor:
     return geometry.matrix_to_quaternion(hand @ turn)
 
 
-def varied(cloud: PointCloud, batch: int, point_dropout: float, colour_jitter: float) -> PointCloud:
-    """The clouds of a batch with some points left out and other colours; at 0 and 0 the same cloud.
+def jittered(cloud: PointCloud, batch: int, colour_jitter: float) -> PointCloud:
+    """The clouds of a batch in other colours; at 0 the same cloud.
 
     Args:
         cloud: of the whole batch.
         batch: number of rows B.
-        point_dropout: share of the points that are left out, drawn for each point.
         colour_jitter: red, green and blue of a row are each multiplied by a number in 1 -+ this, and stay in 0..1.
-
-    Raises:
-        LlakeyError: naming the batch row if one has no point left.
     """
-    points, colours, rows = cloud.points, cloud.colours, cloud.rows
-    if colour_jitter > 0:
-        gain = 1 + (torch.rand(batch, 3, device=colours.device) * 2 - 1) * colour_jitter
-        colours = (colours * gain[rows]).clamp(0.0, 1.0)
-    if point_dropout > 0:
-        kept = torch.rand(len(points), device=points.device) >= point_dropout
-        points, colours, rows = points[kept], colours[kept], rows[kept]
-        empty = torch.bincount(rows, minlength=batch) == 0
-        if empty.any():
-            raise LlakeyError(
-                f"Expected points to be left with policy.point_dropout={point_dropout}, got an empty cloud in batch "
-                f"row {int(empty.nonzero()[0])}; lower it."
-            )
-    return PointCloud(points, colours, rows)
+    if colour_jitter == 0:
+        return cloud
+    gain = 1 + (torch.rand(batch, 3, device=cloud.colours.device) * 2 - 1) * colour_jitter
+    return replace(cloud, colours=(cloud.colours * gain[cloud.rows]).clamp(0.0, 1.0))

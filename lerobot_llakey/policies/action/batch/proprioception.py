@@ -60,9 +60,11 @@ def read_proprioception(
     opening, angles = torch.zeros(rows, 1, device=device), torch.zeros(rows, 3, device=device)
     place = torch.full((rows, 3), torch.nan, device=device)
     turns = torch.zeros(rows, 6, device=device)
-    if config.use_state:
+    if config.proprioception != "none":
         if schema.STATE not in batch:
-            raise LlakeyError(f"Expected {schema.STATE} in the batch, got none; add it or train with use_state=false.")
+            raise LlakeyError(
+                f"Expected {schema.STATE} in the batch, got none; add it or train with policy.proprioception=none."
+            )
         hand = read_hands(batch, config.hand_columns, rows).float()
         opening = hand[:, schema.GRIPPER, None]
         if config.proprioception == "pose":

@@ -18,7 +18,7 @@ def read_texts(
 ) -> list[list[str]]:
     """The texts that steer a batch, as ``config.condition_on`` asks: of the task, of the instruction, or of both.
 
-    Without an instruction the expert's is read where ``config.instruction_source`` allows it and the environment gives
+    Without an instruction the expert's is read where the environment gives
     it.
 
     Args:
@@ -46,7 +46,7 @@ def read_texts(
 def _instructions(batch: Mapping[str, Any], config: LlakeyActionConfig, rows: int) -> list[str]:
     if schema.INSTRUCTION in batch:
         return text_column(batch, schema.INSTRUCTION, rows)
-    if config.instruction_source == "oracle" and schema.ORACLE_INSTRUCTION in batch:
+    if schema.ORACLE_INSTRUCTION in batch:
         # Empty where the expert has nothing left to do.
         return text_column(batch, schema.ORACLE_INSTRUCTION, rows, may_be_empty=True)
     raise LlakeyError(

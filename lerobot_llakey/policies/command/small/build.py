@@ -115,8 +115,7 @@ def build_small(config: LlakeyCommandConfig, tokenizer: WordTokenizer) -> LlavaF
     layers_of_text: Any = model.model.language_model.layers
     layers_of_text[-1] = LastLayer(model.config.text_config, len(layers_of_text) - 1)
     layers_of_text[-1].apply(model._init_weights)
-    if config.convolutional_stem:
-        embeddings = model.model.vision_tower.vision_model.embeddings
-        embeddings.patch_embedding = ConvolutionalStem(config.vision_width, config.patch_size)
+    embeddings = model.model.vision_tower.vision_model.embeddings
+    embeddings.patch_embedding = ConvolutionalStem(config.vision_width, config.patch_size)
     end_answers_with(model, tokenizer.stop_id, tokenizer.pad_id)
     return model

@@ -9,11 +9,10 @@ from lerobot_llakey.policies.action.batch.proprioception import proprioception_w
 from lerobot_llakey.policies.action.heads.targets import quaternion_to_angles
 
 
-@pytest.mark.parametrize("told", ["pose", "gripper"])
-@pytest.mark.parametrize("use_state", [True, False])
+@pytest.mark.parametrize("told", ["pose", "gripper", "none"])
 @pytest.mark.parametrize("use_timestep", [True, False])
-def test_the_vector_is_as_wide_as_said(told: str, use_state: bool, use_timestep: bool) -> None:
-    config = small_config(proprioception=told, use_state=use_state, use_timestep=use_timestep)
+def test_the_vector_is_as_wide_as_said(told: str, use_timestep: bool) -> None:
+    config = small_config(proprioception=told, use_timestep=use_timestep)
     batch, _, _ = observation(rows=2)
     batch[schema.STEP] = torch.ones(2, 1)
     assert read_proprioception(batch, config, len(batch[schema.STATE])).vector.shape == (

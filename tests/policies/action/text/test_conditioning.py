@@ -14,8 +14,9 @@ def test_the_instruction_comes_before_the_oracle_and_the_task_never_stands_in() 
     assert read_texts(batch, small_config(), 2) == [["c", "d"]]
     del batch[schema.INSTRUCTION]
     assert read_texts(batch, small_config(), 2) == [["raise", "grasp"]]
+    del batch[schema.ORACLE_INSTRUCTION]
     with pytest.raises(ValueError, match="Expected 'instruction' in the batch"):
-        read_texts(batch, small_config(instruction_source="instruction"), 2)
+        read_texts(batch, small_config(), 2)
 
 
 def test_the_task_alone_or_both_can_steer() -> None:
