@@ -12,10 +12,8 @@ from lerobot_llakey.policies.batch import (
     check_actions,
     check_at_least_zero,
     check_finite,
-    check_loss,
     check_poses,
     read_images,
-    weighted,
 )
 
 KEY = schema.image_key("front")
@@ -92,38 +90,10 @@ def test_steps_and_velocities_make_sense(value: float) -> None:
         check_finite(schema.VELOCITY, torch.tensor([[0.0, math.nan]]))
 
 
-@pytest.mark.parametrize("shape", [(3,), (3, 1)])
-def test_the_mean_of_weighted_losses_is_the_weighted_mean(shape: tuple[int, ...]) -> None:
-    losses, weights = torch.tensor([1.0, 2.0, 6.0]), torch.tensor([6.0, 0.0, 3.0])
-    batch = {schema.SAMPLE_WEIGHT: weights.view(shape)}
-    assert weighted(losses, batch).mean().item() == pytest.approx((losses * weights).sum().item() / 9)
-    assert torch.allclose(weighted(losses, {schema.SAMPLE_WEIGHT: 10 * weights}), weighted(losses, batch))
-    assert weighted(losses, {}) is losses
-
-
-@pytest.mark.parametrize(
-    ("weights", "said"),
-    [
-        ([1.0, math.nan], "of 0 or more, got .*nan.* in batch row 1"),
-        ([math.inf, 1.0], "of 0 or more, got .*inf.* in batch row 0"),
-        ([1.0, -1.0], "of 0 or more, got .*-1.0.* in batch row 1"),
-        ([0.0, 0.0], "a weight above 0 in each batch, got 2 zeros"),
-        ([1.0, 1.0, 1.0], r"one weight for each of 2 rows, got shape \(3,\)"),
-    ],
-)
-def test_weights_that_make_no_sense_are_refused(weights: list[float], said: str) -> None:
-    with pytest.raises(LlakeyError, match=rf"Expected observation\.sample_weight (with )?{said}"):
-        weighted(torch.ones(2), {schema.SAMPLE_WEIGHT: torch.tensor(weights)})
-
-
-def test_a_loss_or_an_action_that_is_not_finite_goes_no_further() -> None:
+def test_an_action_that_is_not_finite_goes_no_further() -> None:
     good = torch.ones(2, schema.ACTION_DIM)
-    assert check_actions(good) is good and check_loss(good[:, 0]) is not None
+    assert check_actions(good) is good
     bad = good.clone()
     bad[1, 4] = math.nan
     with pytest.raises(LlakeyError, match=r"answer with finite numbers, got .*nan.* in batch row 1; its weights"):
         check_actions(bad)
-    with pytest.raises(LlakeyError, match="a finite training loss, got nan in batch row 1"):
-        check_loss(bad[:, 4])
-    with pytest.raises(LlakeyError, match="a finite training loss, got inf;"):
-        check_loss(torch.tensor(math.inf))

@@ -38,8 +38,9 @@ from lerobot_llakey.policies.action.text.conditioning import read_texts
 from lerobot_llakey.policies.action.text.word_encoder import QueryPool, TextRoles
 from lerobot_llakey.policies.action.views.cube import UnitCube
 from lerobot_llakey.policies.action.views.scene import Scene
-from lerobot_llakey.policies.batch import check_actions, check_loss, read_hands, read_numbers, weighted
+from lerobot_llakey.policies.batch import check_actions, read_hands, read_numbers
 from lerobot_llakey.policies.draws import numpy_generator, seeded_by_step
+from lerobot_llakey.policies.losses import check_loss, weighted
 from lerobot_llakey.policies.precision import autocast
 from lerobot_llakey.policies.training_texts import training_texts
 from lerobot_llakey.saved.weights import CheckedWeights

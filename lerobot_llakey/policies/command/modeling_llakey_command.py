@@ -19,7 +19,7 @@ from torch.nn import functional
 from lerobot_llakey import schema
 from lerobot_llakey.checks.dataset import check_dataset
 from lerobot_llakey.errors import LlakeyError
-from lerobot_llakey.policies.batch import check_actions, check_loss, read_actions, read_hands, weighted
+from lerobot_llakey.policies.batch import check_actions, read_actions, read_hands
 from lerobot_llakey.policies.command.answering import Answering
 from lerobot_llakey.policies.command.chat.backend import ChatBackend
 from lerobot_llakey.policies.command.checkpoints import CommandCheckpoints
@@ -40,6 +40,7 @@ from lerobot_llakey.policies.command.targets.action import ActionTarget
 from lerobot_llakey.policies.command.targets.make import make_target
 from lerobot_llakey.policies.command.vocabulary import dataset_instructions, dataset_tasks
 from lerobot_llakey.policies.draws import numpy_generator, seeded_by_step
+from lerobot_llakey.policies.losses import check_loss, weighted
 from lerobot_llakey.policies.precision import autocast
 from lerobot_llakey.policies.texts import reworded, text_column
 from lerobot_llakey.policies.training_texts import training_texts
