@@ -140,13 +140,19 @@ def circle_in(rooms: Mapping[str, set[str]]) -> list[str]:
     return []
 
 
+def _whole(room: str) -> str:
+    """The simulator as one room: its own hold together by modules, as the test of those says."""
+    return "sim" if room.startswith("sim.") else room
+
+
 def test_rooms_form_no_circle() -> None:
     rooms: dict[str, set[str]] = {}
     for path in MODULES:
         module, is_package = module_name(path), path.name == "__init__.py"
         imported = rooms_imported((PACKAGE / path).read_text(), module, is_package)
-        rooms.setdefault(room_of(module), set()).update(imported)
-    allowed = {room: others - {room} for room, others in MAY_IMPORT.items()}
+        rooms.setdefault(_whole(room_of(module)), set()).update(map(_whole, imported))
+    rooms = {room: others - {room} for room, others in rooms.items()}
+    allowed = {room: set(map(_whole, others)) - {room} for room, others in MAY_IMPORT.items() if room == _whole(room)}
     assert not circle_in(rooms) and not circle_in(allowed)
     assert len(rooms) > 20 and "sim" in rooms["rollout"]
     assert set(circle_in(rooms | {"sim": {"rollout"}})) == {"rollout", "sim"}
@@ -225,13 +231,9 @@ def circles(graph: dict[str, set[str]]) -> list[set[str]]:
     return sorted((set(group) for group in groups if group), key=min)
 
 
-WITH_CIRCLES = {"policies.action", "policies.command"}
-"""Rooms that still hold modules which import one another in a circle; no room may be added."""
-
-
 def test_no_modules_import_one_another_in_a_circle() -> None:
     graph = {module_name(path): imported_modules(path) - {module_name(path)} for path in MODULES}
-    found = [group for group in circles(graph) if not {room_of(module) for module in group} <= WITH_CIRCLES]
+    found = circles(graph)
     assert not found, f"These import one another in a circle: {[sorted(group) for group in found]}."
 
 

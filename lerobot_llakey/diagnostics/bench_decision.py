@@ -17,11 +17,11 @@ from lerobot_llakey import schema
 from lerobot_llakey.diagnostics.bench_policy import DTYPES, against
 from lerobot_llakey.diagnostics.bench_turns import in_turns, precision
 from lerobot_llakey.errors import LlakeyError
-from lerobot_llakey.evaluation.prepared import prepared
 from lerobot_llakey.geometry import rotation_error
 from lerobot_llakey.policies.command.modeling_llakey_command import LlakeyCommandPolicy
 from lerobot_llakey.policies.hierarchy.modeling_llakey import LlakeyPolicy
 from lerobot_llakey.policies.precision import resolve
+from lerobot_llakey.policies.prepared import prepared
 from lerobot_llakey.rollout.actors import Agent
 
 Way = Callable[[dict[str, Any]], Any]

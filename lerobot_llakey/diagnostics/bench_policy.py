@@ -14,8 +14,8 @@ from lerobot.utils.collate import lerobot_collate_fn
 from torch.utils.data import DataLoader
 
 from lerobot_llakey.diagnostics.bench_turns import Timing, in_turns, precision
-from lerobot_llakey.evaluation.prepared import prepared
 from lerobot_llakey.policies.precision import resolve
+from lerobot_llakey.policies.prepared import prepared
 
 DTYPES = ("auto", "float32")
 """Settings of ``dtype`` to compare: what is shipped comes first."""

@@ -14,8 +14,8 @@ from torch.utils.data import DataLoader, Dataset, Subset
 
 from lerobot_llakey import schema
 from lerobot_llakey.errors import LlakeyError
-from lerobot_llakey.evaluation.prepared import Preprocessor, prepared
 from lerobot_llakey.geometry import rotation_error
+from lerobot_llakey.policies.prepared import Preprocessor, prepared
 
 POSITION_LIMITS = (0.01, 0.02)
 """Metres."""

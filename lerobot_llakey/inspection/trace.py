@@ -14,12 +14,12 @@ from torch.utils.data import Dataset
 
 from lerobot_llakey import schema
 from lerobot_llakey.errors import LlakeyError
-from lerobot_llakey.evaluation.prepared import Preprocessor, prepared
 from lerobot_llakey.geometry import rotation_error
 from lerobot_llakey.policies.action.batch.point_cloud import fuse_views
 from lerobot_llakey.policies.action.modeling_llakey_action import LlakeyActionPolicy
 from lerobot_llakey.policies.action.stage import Stage
 from lerobot_llakey.policies.action.views.renderer import gather_pixels, splat
+from lerobot_llakey.policies.prepared import Preprocessor, prepared
 
 
 @dataclass(frozen=True)

@@ -18,9 +18,9 @@ from lerobot_llakey.evaluation.abilities.samples import check_columns, hand_plac
 from lerobot_llakey.evaluation.abilities.score import Score, macro
 from lerobot_llakey.evaluation.abilities.situation import SITUATIONS, situations
 from lerobot_llakey.evaluation.abilities.way_left import WAYS_LEFT, ways_left
-from lerobot_llakey.evaluation.prepared import Preprocessor, prepared
 from lerobot_llakey.grammar import Grammar, of_features
 from lerobot_llakey.instructions import BASIC_GRAMMAR
+from lerobot_llakey.policies.prepared import Preprocessor, prepared
 
 SEQUENTIAL_PREDICTION = "sequential_prediction"
 ERROR_CORRECTION = "error_correction"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import Any
 
 from lerobot_llakey.bounds import (
     AT_LEAST_ONE,
@@ -20,9 +20,6 @@ from lerobot_llakey.policies.action.views.cube import longest_edge
 from lerobot_llakey.policies.action.views.renderer import VIEWS
 from lerobot_llakey.policies.precision import PRECISIONS
 from lerobot_llakey.schema import FARTHEST
-
-if TYPE_CHECKING:
-    from lerobot_llakey.policies.action.configuration_llakey_action import LlakeyActionConfig
 
 CHOICES: dict[str, tuple[object, ...]] = {
     "design": ("small", "rvt", "rvt2"),
@@ -70,7 +67,7 @@ BOUNDS: dict[str, Bounds] = {
 """What a number may be."""
 
 
-def check_settings(config: LlakeyActionConfig) -> None:
+def check_settings(config: Any) -> None:
     """Refuse settings that make no sense, alone or together.
 
     Raises:
@@ -89,7 +86,7 @@ def check_settings(config: LlakeyActionConfig) -> None:
     require_number("crop_noise, within half of crop_size,", config.crop_noise, 0, config.crop_size / 2)
 
 
-def _check_views(config: LlakeyActionConfig) -> None:
+def _check_views(config: Any) -> None:
     require_texts("views", config.views, some=True)
     require_texts("rotation_frames", config.rotation_frames, some=True)
     if not set(config.rotation_frames) <= set(FRAMES):
@@ -108,7 +105,7 @@ def _check_views(config: LlakeyActionConfig) -> None:
         raise LlakeyError(f"Expected views that show x, y and z, got {', '.join(config.views)}; add another view.")
 
 
-def _check_network(config: LlakeyActionConfig) -> None:
+def _check_network(config: Any) -> None:
     step = 16 if config.design == "small" else config.patch_size
     if config.view_size % step:
         raise LlakeyError(
