@@ -36,7 +36,7 @@ def checkpoint(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """An untrained command policy that knows one instruction."""
     folder = tmp_path_factory.mktemp("policy")
     torch.manual_seed(0)
-    config = LlakeyCommandConfig(**TINY, instructions=["grasp the red block"])
+    config = LlakeyCommandConfig(**TINY, cameras=["front"], instructions=["grasp the red block"])
     LlakeyCommandPolicy(config).save_pretrained(folder)
     for processor in make_llakey_command_pre_post_processors(config):
         processor.save_pretrained(folder)

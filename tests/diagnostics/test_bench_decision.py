@@ -66,7 +66,7 @@ def test_decisions_alone_and_in_batches_are_compared(
 
 
 def test_a_policy_that_only_talks_is_refused(dataset: LeRobotDataset, monkeypatch: pytest.MonkeyPatch) -> None:
-    talker = LlakeyCommandPolicy(LlakeyCommandConfig(device="cpu", **COMMAND))
+    talker = LlakeyCommandPolicy(LlakeyCommandConfig(device="cpu", cameras=["front"], **COMMAND))
     agent = Agent(talker, lambda batch: batch, lambda actions: actions)
     monkeypatch.setattr(module.Agent, "load", staticmethod(lambda *_, **__: agent))
     with pytest.raises(ValueError, match="got a llakey_command at any"):

@@ -14,7 +14,7 @@ def test_ways_take_turns() -> None:
 
 
 def test_a_policy_computes_with_another_precision_for_a_while() -> None:
-    policy = LlakeyCommandPolicy(LlakeyCommandConfig(device="cpu", image_size=32, dtype="auto"))
+    policy = LlakeyCommandPolicy(LlakeyCommandConfig(device="cpu", image_size=32, dtype="auto", cameras=["front"]))
     with pytest.raises(RuntimeError), precision(policy, "bfloat16"):
         assert policy.config.dtype == "bfloat16"
         raise RuntimeError

@@ -22,6 +22,7 @@ ROWS = 2
 @cache
 def _policy(kind: str) -> Any:
     from fakes_action import small_config
+    from lerobot_llakey.instructions import BASIC_GRAMMAR
     from lerobot_llakey.policies.action.modeling_llakey_action import LlakeyActionPolicy
     from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
     from lerobot_llakey.policies.command.modeling_llakey_command import LlakeyCommandPolicy
@@ -36,7 +37,8 @@ def _policy(kind: str) -> Any:
     command = LlakeyCommandConfig(
         device="cpu", image_size=32, patch_size=16, vision_width=16, vision_layers=1, vision_heads=2, text_width=32,
         text_layers=1, text_heads=2, instructions=known, proprioception="pose",
-        words=sorted({*grammar_words(), *known_words([*known, "pick up the red block"])}),
+        cameras=list(schema.CAMERAS), state_names=list(schema.SIM_STATE_NAMES),
+        words=sorted({*grammar_words(BASIC_GRAMMAR), *known_words([*known, "pick up the red block"])}),
     )  # fmt: skip
     if kind == "command":
         return LlakeyCommandPolicy(command)
@@ -168,14 +170,14 @@ def _pictures() -> Iterator[Fault]:
 
 
 def _calibration() -> Iterator[Fault]:
-    for key in (schema.INTRINSICS, schema.EXTRINSICS):
+    for key in (schema.intrinsics_key("front"), schema.extrinsics_key("wrist")):
         for value in (math.nan, math.inf):
-            yield Fault(key, f"{value}", _set(key, (*_LAST, 0, 0, 0), value), SEEING, BOTH)
+            yield Fault(key, f"{value}", _set(key, (*_LAST, 0), value), SEEING, BOTH)
         for what, function in {
             "zero": lambda value: value * 0,
-            "scaled by 3": lambda value: value * 3,
-            "one camera short": lambda value: value[:, :1],
-            "flat": lambda value: value.flatten(1),
+            "scaled by 30": lambda value: value * 30,
+            "one number short": lambda value: value[:, :3],
+            "a matrix": lambda value: value[:, None].expand(-1, 3, -1),
             "no numbers": lambda value: ["matrix"] * ROWS,
         }.items():
             yield Fault(key, what, _map(key, function), SEEING, BOTH)
@@ -189,8 +191,8 @@ def _absent() -> Iterator[Fault]:
         (schema.TASK, SPEAKING, BOTH),
         (image, EVERYONE, BOTH),
         (depth, SEEING, BOTH),
-        (schema.INTRINSICS, SEEING, BOTH),
-        (schema.EXTRINSICS, SEEING, BOTH),
+        (schema.intrinsics_key("front"), SEEING, BOTH),
+        (schema.extrinsics_key("wrist"), SEEING, BOTH),
     ):
         yield Fault(key, "missing", lambda batch, key=key: batch.pop(key), policies, uses)
 

@@ -201,39 +201,37 @@ def _numbers() -> Iterator[tuple[str, str, Change]]:
         yield key, "quaternions wxyz", _array(key, lambda array: _rolled(array, quaternion))
         yield key, "all zero", _array(key, lambda array: array * 0)
         yield key, "shuffled rows", _array(key, lambda array: array[np.random.default_rng(0).permutation(len(array))])
-    yield schema.STATE, "joints in degrees", _array(schema.STATE, _times(schema.JOINTS, 180 / math.pi))
+    yield schema.STATE, "joints in degrees", _array(schema.STATE, _times(slice(schema.HAND_DIM, None), 180 / math.pi))
     yield schema.STATE, "joints NaN", _array(schema.STATE, _set((3, 9), math.nan))
     yield schema.ACTION, "gripper inverted", _array(schema.ACTION, lambda array: _inverted(array, gripper))
     yield schema.ACTION, "collision flag 7", _array(schema.ACTION, _set((slice(None), schema.IGNORE_COLLISION), 7.0))
     yield schema.VELOCITY, "NaN", _array(schema.VELOCITY, _set((2, 3), math.nan))
+    key = schema.intrinsics_key("front")
     for name, change in {
-        "NaN": _set((4, 1, 0, 0), math.nan),
+        "NaN": _set((4, 1), math.nan),
         "zero": lambda array: array * 0,
-        "doubled": lambda array: array * np.array([[2, 1, 2], [1, 2, 2], [1, 1, 1]]),
-        "halved": lambda array: array * np.array([[0.5, 1, 0.5], [1, 0.5, 0.5], [1, 1, 1]]),
-        "skewed": _set((slice(None), slice(None), 0, 1), 40.0),
-        "of a bad last row": _set((slice(None), slice(None), 2, 2), 0.5),
-        "transposed": lambda array: array.swapaxes(2, 3),
-        "of a negative focal length": _set((slice(None), 0, 0, 0), -60.0),
+        "doubled": lambda array: array * 2,
+        "halved": lambda array: array * 0.5,
+        "in another order": lambda array: array[:, [2, 3, 0, 1]],
+        "of a negative focal length": _set((slice(None), 0), -60.0),
+        "of two focal lengths": _set((slice(None), 0), 400.0),
     }.items():
-        yield schema.INTRINSICS, name, _array(schema.INTRINSICS, change)
-    flip = np.diag([1.0, -1.0, -1.0, 1.0])
+        yield key, name, _array(key, change)
+    key = schema.extrinsics_key("front")
+    other = schema.extrinsics_key("right_shoulder")
     for name, change in {
-        "NaN": _set((4, 1, 0, 3), math.nan),
+        "NaN": _set((4, 3), math.nan),
         "zero": lambda array: array * 0,
-        "identity": lambda array: np.broadcast_to(np.eye(4), array.shape).copy(),
-        "inverted": np.linalg.inv,
-        "transposed": lambda array: array.swapaxes(2, 3),
-        "of transposed rotations": lambda array: _transposed(array),
-        "in OpenGL's axes": lambda array: array @ flip,
-        "in millimetres": lambda array: _moved(array, 1000.0),
-        "scaled": lambda array: _scaled_rotation(array, 1.1),
-        "mirrored": lambda array: array @ np.diag([-1.0, 1.0, 1.0, 1.0]),
-        "of a bad last row": _set((slice(None), slice(None), 3, 0), 0.5),
-        "of another camera order": lambda array: array[:, [1, 0, 3, 2]],
-        "far off": lambda array: array + np.eye(4)[:, [3, 0, 1, 2]] * 0 + _offset(array.shape, 40.0),
+        "identity": lambda array: np.broadcast_to(np.array([0, 0, 0, 0, 0, 0, 1.0]), array.shape).copy(),
+        "inverted": lambda array: _inverse(array),
+        "of inverted rotations": lambda array: array * np.array([1, 1, 1, -1, -1, -1, 1]),
+        "in millimetres": _times(slice(0, 3), 1000.0),
+        "of quaternions of length 2": _times(slice(3, 7), 2.0),
+        "of quaternions wxyz": lambda array: _rolled(array, slice(3, 7)),
+        "far off": lambda array: array + np.array([40.0, 40, 40, 0, 0, 0, 0]),
     }.items():
-        yield schema.EXTRINSICS, name, _array(schema.EXTRINSICS, change)
+        yield key, name, _array(key, change)
+    yield key, "of another camera", _swapped(key, other)
     for name, values in {
         "NaN": lambda count: np.full(count, np.nan),
         "one NaN": lambda count: np.where(np.arange(count) == 3, np.nan, 1.0),
@@ -288,13 +286,13 @@ def _metadata() -> Iterator[tuple[str, str, Change]]:
     def named(key: str, names: list[str]) -> Change:
         return _info(lambda info: info["features"][key].update(names=names))
 
-    state, action = list(schema.STATE_NAMES), list(schema.ACTION_NAMES)
+    state, action = list(schema.SIM_STATE_NAMES), list(schema.ACTION_NAMES)
     wxyz = ["x", "y", "z", "qw", "qx", "qy", "qz"]
     yield schema.STATE, "names that say qw first", named(schema.STATE, wxyz + state[7:])
     yield schema.ACTION, "names that say qw first", named(schema.ACTION, wxyz + action[7:])
     yield schema.STATE, "names in another order", named(schema.STATE, state[::-1])
     yield schema.ACTION, "names swapped", named(schema.ACTION, [action[7], *action[1:7], action[0], action[8]])
-    for key in (schema.STATE, schema.ACTION, schema.INTRINSICS, schema.depth_key("front")):
+    for key in (schema.STATE, schema.ACTION, schema.intrinsics_key("front"), schema.depth_key("front")):
         yield key, "gone from info.json", _info(lambda info, key=key: info["features"].pop(key))
     yield (
         schema.STATE,
@@ -379,25 +377,24 @@ def _inverted(array: np.ndarray, column: int) -> np.ndarray:
     return array
 
 
-def _transposed(array: np.ndarray) -> np.ndarray:
-    array[:, :, :3, :3] = array[:, :, :3, :3].swapaxes(2, 3)
-    return array
+def _inverse(poses: np.ndarray) -> np.ndarray:
+    """Base-to-camera poses in place of camera-to-base ones."""
+    from lerobot_llakey.geometry import matrix_to_pose, pose_to_matrix
+
+    return matrix_to_pose(np.linalg.inv(pose_to_matrix(poses)))
 
 
-def _moved(array: np.ndarray, factor: float) -> np.ndarray:
-    array[:, :, :3, 3] *= factor
-    return array
+def _swapped(key: str, other: str) -> Change:
+    """Two columns of one kind, each in the other's place."""
 
+    def apply(root: Path) -> None:
+        for path in _data_files(root):
+            table = pq.read_table(path)
+            names = {key: other, other: key}
+            table = table.rename_columns([names.get(name, name) for name in table.column_names])
+            pq.write_table(table.replace_schema_metadata(None), path)
 
-def _scaled_rotation(array: np.ndarray, factor: float) -> np.ndarray:
-    array[:, :, :3, :3] *= factor
-    return array
-
-
-def _offset(shape: tuple[int, ...], metres: float) -> np.ndarray:
-    offset = np.zeros(shape)
-    offset[:, :, 0, 3] = metres
-    return offset
+    return apply
 
 
 def cases(folder: Path, rng: np.random.Generator) -> Iterator[Case]:

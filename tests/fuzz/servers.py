@@ -90,6 +90,7 @@ def _ask(talk: Talk, _: Path) -> str | None:
         model="tiny",
         base_url=f"http://127.0.0.1:{listener.getsockname()[1]}/v1",
         instructions=["grasp the red block"],
+        cameras=["front"],
     )
     config.chat.timeout_s, config.chat.max_attempts = 1.0, 2
     policy = LlakeyCommandPolicy(config)
