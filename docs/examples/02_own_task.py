@@ -10,7 +10,8 @@ import numpy as np
 
 from lerobot_llakey.geometry import Pose, top_down
 from lerobot_llakey.instructions import instruct
-from lerobot_llakey.rollout.actors import Expert, run_episode
+from lerobot_llakey.rollout.actors import Expert
+from lerobot_llakey.rollout.episode import run_episode
 from lerobot_llakey.sim.env import LlakeySimEnv
 from lerobot_llakey.sim.objects.blocks import BLOCK, add_block
 from lerobot_llakey.sim.tasks import register_task

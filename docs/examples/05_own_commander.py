@@ -6,9 +6,9 @@ From the repository root: python docs/examples/05_own_commander.py
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from lerobot_llakey.policies.hierarchy.commanders.commander import Commander, Said
-
-from lerobot_llakey.rollout.actors import Agent, run_episode
+from lerobot_llakey.policies.hierarchy.commanders import Commander, Said
+from lerobot_llakey.rollout.actors import Agent
+from lerobot_llakey.rollout.episode import run_episode
 from lerobot_llakey.sim.env import LlakeySimEnv
 
 
@@ -29,11 +29,12 @@ class DrawerRules(Commander):
 
 def main() -> None:
     agent = Agent.load("checkpoints/llakey_small")
-    agent.policy.commander = DrawerRules()
+    agent.policy.loop.commander = DrawerRules()
     env = LlakeySimEnv("open_drawer", split="val", episode_length=6)
     for seed in range(2):
         print(f"scene {seed}")
-        episode = run_episode(env, agent, seed, on_instruction=lambda text: print("  ", text))
+        episode = run_episode(env, agent, seed)
+        print("   " + "\n   ".join(episode.instructions))
         print(f"   {episode.description}: {'done' if episode.success else 'not done'}")
     env.close()
 

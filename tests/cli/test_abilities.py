@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 import torch
+from lerobot.datasets.dataset_metadata import LeRobotDatasetMetadata
 
 from fakes import fake_keysteps
 from lerobot_llakey import schema
@@ -32,12 +33,12 @@ def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def checkpoint(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def checkpoint(data: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """An untrained command policy that knows one instruction."""
     folder = tmp_path_factory.mktemp("policy")
     torch.manual_seed(0)
     config = LlakeyCommandConfig(**TINY, cameras=["front"], instructions=["grasp the red block"])
-    LlakeyCommandPolicy(config).save_pretrained(folder)
+    LlakeyCommandPolicy(config, dataset_meta=LeRobotDatasetMetadata("me/x", root=data)).save_pretrained(folder)
     for processor in make_llakey_command_pre_post_processors(config):
         processor.save_pretrained(folder)
     return folder
@@ -95,4 +96,4 @@ def test_a_dataset_without_instructions_is_one_sentence(
         llakey(monkeypatch, f"--policy_path={checkpoint}", "--repo_id=me/x", f"--root={tmp_path / 'd'}")
     assert exit_info.value.code == 1
     error = capsys.readouterr().err
-    assert error.splitlines()[-1].startswith("error: Expected the columns ['instruction']")
+    assert error.splitlines()[-1].startswith("error: Expected the columns ['instruction']"), error

@@ -82,8 +82,8 @@ def test_all_instructions_of_a_file_outside_the_grammar_are_listed_with_lines_an
         read_instructions(path)
     sentence = str(error.value)
     assert "got 3 outside it" in sentence and str(path) in sentence and "\n" not in sentence
-    assert "'gras the cup' (line 2, line 4; nearest: 'grasp <thing>')" in sentence
-    assert "'pull it opne' (line 5; nearest: 'pull <thing> open')" in sentence
+    assert "'gras the cup' (line 2, line 4; the nearest form is 'grasp <thing>')" in sentence
+    assert "'pull it opne' (line 5; the nearest form is 'pull <thing> open')" in sentence
     path.with_suffix(".json").write_text(json.dumps({"3": ["grasp the cup", "dance"]}))
     with pytest.raises(LlakeyError, match=r"'dance' .episode 3, segment 1;"):
         read_instructions(path.with_suffix(".json"))

@@ -45,7 +45,7 @@ class _Expert(torch.nn.Module):
         self.resets += 1
 
     def select_action(self, batch: dict[str, Any]) -> torch.Tensor:
-        assert batch[schema.STATE].shape == (1, schema.STATE_DIM)
+        assert batch[schema.STATE].shape == (1, len(schema.SIM_STATE_NAMES))
         assert batch[schema.depth_key("front")].shape[:2] == (1, 1)
         assert batch[schema.TASK] == [self.env.task_description]
         waypoint = self.env.expert_waypoint()

@@ -109,8 +109,8 @@ def test_what_the_user_names_is_asked_without_the_secret(server, whole, command,
 
 
 def test_the_variable_that_the_user_names_is_sent(server, whole, observation):
-    flags = [f"--command.base_url={server.url}", "--command.chat.api_key_env=AWS_SECRET_ACCESS_KEY"]
-    _act(Agent.load(whole, overrides=flags).policy, observation)
+    named = {"command.base_url": server.url, "command.chat.api_key_env": "AWS_SECRET_ACCESS_KEY"}
+    _act(Agent.load(whole, overrides=named).policy, observation)
     assert server.headers[0]["authorization"] == f"Bearer {SECRET}"
 
 
