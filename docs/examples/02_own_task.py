@@ -3,8 +3,6 @@
 From the repository root: python docs/examples/02_own_task.py
 """
 
-from typing import ClassVar
-
 import mujoco
 import numpy as np
 
@@ -24,9 +22,9 @@ from lerobot_llakey.sim.world import World
 class LiftBlock(Task):
     """Lift the block of the named colour."""
 
-    name: ClassVar[str] = "lift_block"
-    variations: ClassVar[int] = 2
-    colours: ClassVar[tuple[str, str]] = ("red", "blue")
+    name = "lift_block"
+    variations = 2
+    colours = ("red", "blue")
 
     def build(self, spec: mujoco.MjSpec) -> None:
         for colour in self.colours:
@@ -35,8 +33,8 @@ class LiftBlock(Task):
     def reset(self, world: World, variation: int) -> None:
         self.variation, self.colour = variation, self.colours[variation]
         self.description = f"lift the {self.colour} block"
-        for colour, y in zip(self.colours, (-0.15, 0.15), strict=True):
-            world.place(f"{colour}_block", Pose(np.array([world.rng.uniform(0.4, 0.55), y, BLOCK])))
+        for side, colour in zip((-0.15, 0.15), self.colours, strict=True):
+            world.place(f"{colour}_block", Pose(np.array([world.rng.uniform(0.4, 0.55), side, BLOCK])))
 
     def success(self, world: World) -> bool:
         return bool(world.pose(f"{self.colour}_block").position[2] > 0.15)
@@ -44,7 +42,7 @@ class LiftBlock(Task):
     def plan(self, world: World) -> list[Waypoint]:
         grasp = Pose(world.pose(f"{self.colour}_block").position, top_down())
         lift = Waypoint(grasp.shifted(z=0.2), False, False, instruct("raise"))
-        if self.success(world) or world.holds(f"{self.colour}_block"):
+        if world.holds(f"{self.colour}_block"):
             return [] if self.success(world) else [lift]
         return [*grasping(world, grasp.shifted(z=0.1), grasp, "top", f"the {self.colour} block"), lift]
 

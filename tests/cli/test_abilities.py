@@ -96,4 +96,4 @@ def test_a_dataset_without_instructions_is_one_sentence(
         llakey(monkeypatch, f"--policy_path={checkpoint}", "--repo_id=me/x", f"--root={tmp_path / 'd'}")
     assert exit_info.value.code == 1
     error = capsys.readouterr().err
-    assert error.splitlines()[-1].startswith("error: Expected the columns ['instruction']"), error
+    assert error.splitlines()[-1].startswith("error: Expected a dataset with the column 'instruction'"), error
