@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
-
-import pyarrow as pa
-import pyarrow.compute as pc
-import pyarrow.parquet as pq
 
 from lerobot_llakey import schema
 from lerobot_llakey.errors import LlakeyError
+from lerobot_llakey.policies.dataset_columns import tables_of, texts_of
 
 
 def dataset_tasks(dataset_meta: Any) -> list[str]:
@@ -36,10 +32,6 @@ def dataset_instructions(dataset_meta: Any) -> list[str]:
             f"Expected a dataset with the column {schema.INSTRUCTION!r}, got {dataset_meta.repo_id!r} without it; "
             "make one with `llakey keysteps`."
         )
-    found: set[str] = set()
-    for path in sorted(Path(dataset_meta.root).glob("data/**/*.parquet")):
-        column = pq.read_table(path, columns=[schema.INSTRUCTION]).column(schema.INSTRUCTION)
-        if pa.types.is_list(column.type):
-            column = pc.list_flatten(column)
-        found.update(str(text) for text in pc.unique(column).to_pylist() if text)
+    columns = (table.column(schema.INSTRUCTION) for table in tables_of(dataset_meta, [schema.INSTRUCTION]))
+    found = {str(text) for column in columns for text in texts_of(column).dictionary.to_pylist() if text}
     return sorted(found)
