@@ -41,7 +41,7 @@ def small_config(**settings: Any) -> LlakeyActionConfig:
     )
     small = {
         "view_size": 64,
-        "turn_blur": 0.0,
+        "rotation_blur": 0.0,
         "widths": [16, 24, 32],
         "blocks": [1, 1],
         "transformer_layers": 1,

@@ -21,6 +21,6 @@ def made_up_records(plan: Plan, disturbed: bool = False) -> list[Record]:
         episode = Episode(
             trial.task, "", trial.scene, 0, 0, success, ["a"] * 3, [""] * 3, ["a"] * 3, [[0.0]] * 3, struck
         )
-        blame = "" if success or trial.row == "other" else (COMMAND, ACTION)[trial.episode]
-        records.append(Record(trial, episode, blame, None, 2.0))
+        attribution = "" if success or trial.row == "other" else (COMMAND, ACTION)[trial.episode]
+        records.append(Record(trial, episode, attribution, None, 2.0))
     return records

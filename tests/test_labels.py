@@ -86,9 +86,14 @@ def test_frames_after_an_event_lead_to_the_next_keyframe_and_those_before_keep_w
 def test_a_keyframe_off_its_mark_is_labelled_by_what_was_meant() -> None:
     meant = np.array([0.5, 0, 0, 1, 0, 0, 0, 0, 1], dtype=np.float32)
     labels = label(
-        states([1] * 6), [2, 5], INSTRUCTIONS, [False, True], [True, True], [Interruption(1, 99, meant, "imprecise")]
+        states([1] * 6),
+        [2, 5],
+        INSTRUCTIONS,
+        [False, True],
+        [True, True],
+        [Interruption(1, 99, meant, "execution_noise")],
     )
     np.testing.assert_allclose(labels.action[:2, 2], 0.02)
     np.testing.assert_array_equal(labels.action[2:], [meant] * 4)
-    assert labels.event == [""] * 5 + ["imprecise"]
+    assert labels.event == [""] * 5 + ["execution_noise"]
     assert labels.instruction == [INSTRUCTIONS[0]] * 2 + [INSTRUCTIONS[1]] * 4

@@ -2,7 +2,7 @@
 
 llakey collect --task=open_drawer,close_jar,move_block --num_episodes=100 --repo_id=me/llakey_demonstrations \
     --root=outputs/demonstrations
-llakey collect --task=all --num_episodes=1000 --recovery=0.2 --imprecise=0.3 --demonstrations=false \
+llakey collect --task=all --num_episodes=1000 --recovery=0.2 --execution_noise=0.3 --demonstrations=false \
     --keysteps_root=outputs/keysteps --repo_id=me/llakey_keysteps
 """
 
@@ -40,7 +40,7 @@ class CollectConfig:
         keyframe_repeats: how often a keystep at a keyframe counts.
         recovery: share of episodes with an unforeseen event, from which the expert recovers.
         events: the unforeseen events to draw from, separated by commas; all four by default.
-        imprecise: share of episodes in which the hand ends up to 2 cm beside its marks, and the expert goes on.
+        execution_noise: share of episodes in which the hand ends up to 2 cm beside its marks, and the expert goes on.
         split: of the scene seeds: train, val or test.
         first_seed: index into the split at which to begin.
         image_size: pixels of height and width.
@@ -62,7 +62,7 @@ class CollectConfig:
     keyframe_repeats: int = 6
     recovery: float = 0.0
     events: str = ",".join(EVENTS)
-    imprecise: float = 0.0
+    execution_noise: float = 0.0
     split: str = "train"
     first_seed: int = 0
     image_size: int = schema.IMAGE_SIZE
@@ -89,7 +89,7 @@ class CollectConfig:
             ),
             recovery=self.recovery,
             events=tuple(name.strip() for name in self.events.split(",") if name.strip()),
-            imprecise=self.imprecise,
+            execution_noise=self.execution_noise,
         )
 
     def targets(self) -> Targets:
@@ -111,17 +111,17 @@ class CollectConfig:
 
 @with_options
 def run(config: CollectConfig) -> None:
-    """Collect, say what was thrown away, and push where asked."""
+    """Collect, say what was discarded, and push where asked."""
     targets = config.targets()
-    thrown = collect(config.settings(), targets, config.num_workers)
+    discarded = collect(config.settings(), targets, config.num_workers)
     for kind, (root, repo_id) in targets.named().items():
         print(f"{kind}: {root}")
         if config.push_to_hub:
             from lerobot_llakey.datasets.card import push
 
             print(f"pushed: {push(root, repo_id, private=config.private)}")
-    for reason, count in sorted(thrown.items()):
-        print(f"thrown away: {count} of {reason}")
+    for reason, count in sorted(discarded.items()):
+        print(f"discarded: {count} of {reason}")
 
 
 def main() -> None:

@@ -28,7 +28,7 @@ class DaggerConfig:
         root: folder of the keysteps; a run that was stopped goes on from it.
         repo_id: their name.
         expert_share: share of the actions that the expert carries out itself.
-        disturbance: what disturbs each episode: drop, block, shift, empty_grasp or imprecise; nothing where empty.
+        disturbance: what disturbs each episode: drop, block, shift, empty_grasp or execution_noise; none where empty.
         max_steps: actions after which an episode ends.
         split: of the scene seeds: train, val or test.
         first_seed: index into the split at which to begin; take scenes that no demonstration has.

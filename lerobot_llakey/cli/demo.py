@@ -16,7 +16,7 @@ from lerobot_llakey.cli.output import write_results
 from lerobot_llakey.parallel import kept, run_jobs
 from lerobot_llakey.rollout.actors import Actor, Agent, Expert
 from lerobot_llakey.rollout.episode import Episode, run_episode, success_table
-from lerobot_llakey.rollout.video import Film
+from lerobot_llakey.rollout.video import EpisodeVideo
 from lerobot_llakey.saved.folder import inspect_checkpoint
 from lerobot_llakey.sim.env import LlakeySimEnv
 from lerobot_llakey.sim.perturbations.registry import check_disturbance
@@ -36,7 +36,7 @@ class DemoConfig:
         num_videos: episodes of each task, the first ones, of which a video is made.
         first_seed: index of the first scene within the split.
         split: of the scene seeds: train, val or test.
-        disturbance: what disturbs each episode: drop, block, shift, empty_grasp or imprecise; nothing where empty.
+        disturbance: what disturbs each episode: drop, block, shift, empty_grasp or execution_noise; none where empty.
         oracle: let the expert say the instructions, so that only the action policy is shown.
         detailed: show the robot's detailed meshes in the videos.
         num_workers: processes that run episodes at the same time; one for each CPU core where 0.
@@ -84,23 +84,23 @@ def run(config: DemoConfig) -> list[Episode]:
 
 
 def _episode(config: DemoConfig, task: str, index: int) -> Episode:
-    filmed = index < config.num_videos
+    recorded = index < config.num_videos
     env = LlakeySimEnv(
         task,
         config.split,
         oracle_instructions=config.oracle,
-        detailed=filmed and config.detailed,
+        detailed=recorded and config.detailed,
         disturbance=config.disturbance,
     )
     seed = config.first_seed + index
     actor: Actor = Expert()
     if config.policy_path != _EXPERT:
         actor = kept(Agent.load, config.policy_path, config.oracle, config.overrides)
-    film = Film()
-    episode = run_episode(env, actor, seed, [film] if filmed else [])
-    if filmed:
+    video = EpisodeVideo()
+    episode = run_episode(env, actor, seed, [video] if recorded else [])
+    if recorded:
         name = f"{task}_{seed:03d}_{'success' if episode.success else 'failure'}.mp4"
-        film.save(config.output_dir / "videos" / name)
+        video.save(config.output_dir / "videos" / name)
     env.close()
     return episode
 

@@ -30,7 +30,7 @@ class DriveConfig:
         task: name of the task to begin with.
         seed: index of the scene to begin with, within the split.
         split: of the scene seeds: train, val or test.
-        disturbance: what disturbs each episode: drop, block, shift, empty_grasp or imprecise; nothing where empty.
+        disturbance: what disturbs each episode: drop, block, shift, empty_grasp or execution_noise; none where empty.
         oracle: let the expert say the instructions in place of the command policy.
         max_steps: steps after which an episode is over.
         pause_seconds: how long a proposal is shown before it is carried out while the policy runs by itself.

@@ -22,7 +22,7 @@ class ExpertConfig:
         task: task names separated by commas, or all.
         num_episodes: episodes of each task; the task's variations take turns.
         split: of the scene seeds: val or test hold scenes that no training demonstration shows.
-        disturbance: what disturbs each episode: drop, block, shift, empty_grasp or imprecise; nothing where empty.
+        disturbance: what disturbs each episode: drop, block, shift, empty_grasp or execution_noise; none where empty.
         output_dir: where results.json goes; only the table is printed without it.
         num_workers: processes; one for each CPU core where 0.
     """

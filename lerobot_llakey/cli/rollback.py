@@ -29,7 +29,7 @@ class RollbackConfig:
         max_steps: actions after which an episode ends.
         split: of the scene seeds: train, val or test.
         first_seed: index of the first scene within the split.
-        blame: run failed episodes again with the oracle's instructions, to tell which level failed.
+        attribution: run failed episodes again with the oracle's instructions, to tell which level failed.
         num_videos: recoveries and failures of each row, task and event of which a video is made.
         detailed: show the robot's detailed meshes in the videos.
         num_workers: processes; one for each CPU core where 0.
@@ -44,7 +44,7 @@ class RollbackConfig:
     max_steps: int = MAX_STEPS
     split: str = "test"
     first_seed: int = 0
-    blame: bool = True
+    attribution: bool = True
     num_videos: int = 1
     detailed: bool = False
     num_workers: int = 0
@@ -66,7 +66,7 @@ def run(config: RollbackConfig) -> None:
         split=config.split,
         first_seed=config.first_seed,
         disturbances=events,
-        blame=config.blame,
+        attribution=config.attribution,
     )
     rows = read_rows(config.rows)
     output = Output(config.output_dir, config.num_videos, config.detailed, config.num_workers)

@@ -14,7 +14,7 @@ from lerobot_llakey.cli.output import write_png
 from lerobot_llakey.datasets.opening import open_dataset
 from lerobot_llakey.inspection.page import page, report
 from lerobot_llakey.inspection.rerun_file import require_rerun, write_rerun
-from lerobot_llakey.inspection.trace import look
+from lerobot_llakey.inspection.trace import trace
 from lerobot_llakey.rollout.actors import Agent
 from lerobot_llakey.saved.folder import inspect_checkpoint
 
@@ -51,7 +51,7 @@ def run(config: ShowConfig) -> None:
     inspect_checkpoint(config.policy_path)  # before a dataset is fetched for it
     dataset = open_dataset(config.repo_id, config.root)
     agent = Agent.load(config.policy_path, overrides=config.overrides, dataset_meta=dataset.meta)
-    seen = look(agent.policy, dataset, config.index, agent.preprocessor)
+    seen = trace(agent.policy, dataset, config.index, agent.preprocessor)
     write_png(config.output, page(seen))
     if config.rerun is not None:
         write_rerun(seen, config.rerun)

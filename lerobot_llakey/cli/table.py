@@ -1,4 +1,4 @@
-"""``llakey table``: table I of the paper in the simulator: policies against tasks, with plots, videos and blame.
+"""``llakey table``: table I of the paper in the simulator: policies against tasks, with plots, videos and attribution.
 
 llakey table --rows=configs/table.yaml --output_dir=outputs/table
 llakey table --rows=checkpoints/llakey_small --task=open_drawer,close_jar,move_block --num_episodes=5 --repeats=3
@@ -29,7 +29,7 @@ class TableConfig:
         max_steps: actions after which an episode ends.
         split: of the scene seeds: train, val or test.
         first_seed: index of the first scene within the split.
-        blame: run failed episodes again with the oracle's instructions, to tell which level failed.
+        attribution: run failed episodes again with the oracle's instructions, to tell which level failed.
         num_videos: successes and failures of each row and task of which a video is made.
         detailed: show the robot's detailed meshes in the videos.
         num_workers: processes; one for each CPU core where 0.
@@ -48,7 +48,7 @@ class TableConfig:
     max_steps: int = MAX_STEPS
     split: str = "test"
     first_seed: int = 0
-    blame: bool = True
+    attribution: bool = True
     num_videos: int = 2
     detailed: bool = False
     num_workers: int = 0
@@ -69,7 +69,7 @@ def run(config: TableConfig) -> None:
         config.max_steps,
         config.split,
         config.first_seed,
-        blame=config.blame,
+        attribution=config.attribution,
     )
     rows = read_rows(config.rows)
     output = Output(config.output_dir, config.num_videos, config.detailed, config.num_workers)

@@ -16,7 +16,7 @@ from lerobot_llakey.dagger.plan import DaggerSettings
 from lerobot_llakey.datasets.collect import MOST_WORKERS, quieten
 from lerobot_llakey.datasets.demonstrations import ROBOT_TYPE, sim_features
 from lerobot_llakey.datasets.image_dataset import ImageDatasetWriter
-from lerobot_llakey.datasets.parts import THROWN, growing
+from lerobot_llakey.datasets.parts import DISCARDED, growing
 from lerobot_llakey.datasets.places import check_space
 from lerobot_llakey.parallel import kept, run_jobs
 from lerobot_llakey.rollout.actors import Agent
@@ -81,6 +81,6 @@ def _collect_part(settings: DaggerSettings, task: str, start: int, stop: int, fo
             if frames := visited_frames(env, actor, scene, rng, settings.expert_share):
                 writer.add_episode(frames)
     env.close()
-    (temporary / THROWN).write_text(json.dumps({}))
+    (temporary / DISCARDED).write_text(json.dumps({}))
     temporary.replace(folder)
     return stop - start

@@ -56,10 +56,10 @@ def collect(
         settings: what to collect.
         targets: where to.
         num_workers: processes; one for each CPU core where 0, none but this one where 1.
-        progress: called with the episodes (kept, thrown away) since the last call; a progress bar where None.
+        progress: called with the episodes (kept, discarded) since the last call; a progress bar where None.
 
     Returns:
-        Number of episodes thrown away by reason, over all runs for these targets.
+        Number of episodes discarded by reason, over all runs for these targets.
 
     Raises:
         LlakeyError: if no target is given, one cannot be written to or was begun with other settings, or an expert
@@ -103,7 +103,7 @@ class _Bar:
     """Progress of episodes, as a bar or to a callback."""
 
     def __init__(self, total: int, done: int, callback: Callable[[int, int], None] | None) -> None:
-        self._callback, self._thrown = callback, 0
+        self._callback, self._discarded = callback, 0
         self._bar = tqdm(total=total, initial=done, unit="episode", desc="collect", disable=callback is not None)
 
     def __enter__(self) -> _Bar:
@@ -112,10 +112,10 @@ class _Bar:
     def __exit__(self, *_: object) -> None:
         self._bar.close()
 
-    def add(self, thrown: int) -> None:
-        """Another episode is kept, and so many were thrown away for it."""
-        self._thrown += thrown
+    def add(self, discarded: int) -> None:
+        """Another episode is kept, and so many were discarded for it."""
+        self._discarded += discarded
         if self._callback is not None:
-            self._callback(1, thrown)
-        self._bar.set_postfix(thrown_away=self._thrown, refresh=False)
+            self._callback(1, discarded)
+        self._bar.set_postfix(discarded=self._discarded, refresh=False)
         self._bar.update()

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from lerobot_llakey.datasets.demonstrations import ROBOT_TYPE, DemonstrationWriter, frames_of, keystep_rng, sim_features
 from lerobot_llakey.datasets.image_dataset import ImageDatasetWriter
-from lerobot_llakey.datasets.parts import THROWN
+from lerobot_llakey.datasets.parts import DISCARDED
 from lerobot_llakey.datasets.plan import ATTEMPTS, CollectSettings
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.sim.cameras import CameraRig
@@ -41,21 +41,21 @@ def _stages(image_size: int) -> _Stages:
 
 
 def good_episode(settings: CollectSettings, index: int, simulation: Simulation) -> tuple[Episode, Counter[str]]:
-    """Record the ``index``-th episode, trying its seeds in turn, and count what was thrown away.
+    """Record the ``index``-th episode, trying its seeds in turn, and count what was discarded.
 
     Raises:
         LlakeyError: if all its seeds fail.
     """
     task, number = settings.slot(index)
     variation = number % simulation.task.variations
-    thrown: Counter[str] = Counter()
+    discarded: Counter[str] = Counter()
     for attempt in range(ATTEMPTS):
         episode = record(
             simulation, settings.seed(number, attempt), variation, settings.fps, settings.disturbance(number)
         )
         if episode.usable:
-            return episode, thrown
-        thrown[f"{task}: " + ("keyframes differ from the waypoints" if episode.success else "not done")] += 1
+            return episode, discarded
+        discarded[f"{task}: " + ("keyframes differ from the waypoints" if episode.success else "not done")] += 1
     raise LlakeyError(
         f"Expected the expert of {task} to do variation {variation} in one of {ATTEMPTS} scenes, got none from seed "
         f"{settings.seed(number, 0)} on; run llakey expert to see what fails."
@@ -73,7 +73,7 @@ def collect_part(
     """Write the episodes [start, stop) as finished datasets under ``folder``; ``done`` hears what each threw away."""
     stages = _stages(settings.image_size)
     temporary = folder.with_name(f"unfinished-{folder.name}-{os.getpid()}")
-    thrown: Counter[str] = Counter()
+    discarded: Counter[str] = Counter()
     size, balance = settings.image_size, settings.balance
     with ExitStack() as stack:
         demonstrations = keysteps = None
@@ -89,7 +89,7 @@ def collect_part(
         for index in range(start, stop):
             simulation, rig = stages.get(settings.slot(index)[0])
             episode, bad = good_episode(settings, index, simulation)
-            thrown += bad
+            discarded += bad
             samples = []
             if keysteps is not None:
                 samples = balance.select(episode.keyframes, len(episode), keystep_rng(episode))
@@ -101,5 +101,5 @@ def collect_part(
                 weighed = [balance.columns(i, episode.keyframes) for i in samples]
                 keysteps.add_episode([frame | extra for frame, extra in zip(taken, weighed, strict=True)])
             done(sum(bad.values()))
-    (temporary / THROWN).write_text(json.dumps(thrown))
+    (temporary / DISCARDED).write_text(json.dumps(discarded))
     temporary.replace(folder)

@@ -18,9 +18,9 @@ from lerobot_llakey.files import UNFINISHED, reading, remove, write_whole
 from lerobot_llakey.folders import check_movable, replace_folder
 
 RECORD = "meta/llakey_collect.json"
-"""A file of each collected dataset: its settings, number of episodes, and what was thrown away."""
-THROWN = "thrown.json"
-"""The last file of a part to be written: number of episodes thrown away by reason."""
+"""A file of each collected dataset: its settings, number of episodes, and what was discarded."""
+DISCARDED = "discarded.json"
+"""The last file of a part to be written: number of episodes discarded by reason."""
 _SETTINGS = "settings.json"
 _UNWRITTEN = f".settings{UNFINISHED}.json"
 _MADE = re.compile(
@@ -56,7 +56,7 @@ class Growth:
         Raises:
             LlakeyError: if a dataset could not take its place in the end.
         """
-        whole = [folder for folder in planned if (folder / THROWN).exists()]
+        whole = [folder for folder in planned if (folder / DISCARDED).exists()]
         _sweep(self.parts, keep=whole)
         for root, _ in self.targets.values() if planned else ():
             check_movable(root)
@@ -71,25 +71,25 @@ class Growth:
             folders: of the parts, each holding one dataset a kind.
 
         Returns:
-            Number of episodes thrown away by reason.
+            Number of episodes discarded by reason.
         """
-        thrown: Counter[str] = Counter()
+        discarded: Counter[str] = Counter()
         for folder in folders:
-            thrown += Counter(json.loads((folder / THROWN).read_text()))
-        total: dict[str, int] = dict(thrown)
+            discarded += Counter(json.loads((folder / DISCARDED).read_text()))
+        total: dict[str, int] = dict(discarded)
         for kind, (root, repo_id) in self.targets.items():
             earlier = [root] if _holds_something(root) else []
             if earlier:
                 record = read_record(root)
                 if record["episodes"] >= self.episodes:
-                    total = record["thrown_away"]
+                    total = record["discarded"]
                     continue
-                total = dict(thrown + Counter(record["thrown_away"]))
+                total = dict(discarded + Counter(record["discarded"]))
             sources = [*earlier, *(folder / kind for folder in folders)]
             merged = root.with_name(f".{root.name}{UNFINISHED}")  # beside its own dataset: on the same file system
             remove(merged)
             merge_into(merged, sources, repo_id)
-            record = {"settings": dict(self.settings), "episodes": self.episodes, "thrown_away": total}
+            record = {"settings": dict(self.settings), "episodes": self.episodes, "discarded": total}
             (merged / RECORD).write_text(json.dumps(record, indent=2))
             replace_folder(merged, root)
         _clear(self.parts)
@@ -145,7 +145,7 @@ def read_record(root: Path) -> dict[str, Any]:
         raise LlakeyError(f"Expected {root} to be absent or collected by llakey, got another folder; choose a new one.")
     with reading(path, "record of a collection"):
         record: dict[str, Any] = json.loads(path.read_text())
-        _ = record["settings"], int(record["episodes"]), dict(record["thrown_away"])
+        _ = record["settings"], int(record["episodes"]), dict(record["discarded"])
     return record
 
 

@@ -14,7 +14,7 @@ from lerobot_llakey import schema
 from lerobot_llakey.bounds import require_count, require_number
 from lerobot_llakey.datasets.balance import PAPER, Balance
 from lerobot_llakey.errors import LlakeyError
-from lerobot_llakey.sim.perturbations.registry import EVENTS, IMPRECISE
+from lerobot_llakey.sim.perturbations.registry import EVENTS, EXECUTION_NOISE
 from lerobot_llakey.sim.scene import TIMESTEP
 
 ATTEMPTS = 10
@@ -49,7 +49,7 @@ class CollectSettings:
         fps: frames a second.
         balance: how keysteps are drawn.
         recovery: share of episodes with an unforeseen event, from which the expert recovers.
-        imprecise: share of episodes in which the hand ends beside its marks.
+        execution_noise: share of episodes in which the hand ends beside its marks.
         events: the unforeseen events to draw from.
 
     Raises:
@@ -65,7 +65,7 @@ class CollectSettings:
     fps: int = 10
     balance: Balance = PAPER
     recovery: float = 0.0
-    imprecise: float = 0.0
+    execution_noise: float = 0.0
     events: tuple[str, ...] = EVENTS
 
     def __post_init__(self) -> None:
@@ -77,11 +77,11 @@ class CollectSettings:
         if self.image_size % 2:
             raise LlakeyError(f"Expected an even image_size, as videos need, got {self.image_size}; correct it.")
         require_number("recovery", self.recovery, 0, 1)
-        require_number("imprecise", self.imprecise, 0, 1)
-        if self.recovery + self.imprecise > 1:
+        require_number("execution_noise", self.execution_noise, 0, 1)
+        if self.recovery + self.execution_noise > 1:
             raise LlakeyError(
-                f"Expected shares recovery and imprecise of together at most 1, got {self.recovery} and "
-                f"{self.imprecise}; lower one."
+                f"Expected shares recovery and execution_noise of together at most 1, got {self.recovery} and "
+                f"{self.execution_noise}; lower one."
             )
         check_tasks(self.tasks)
         if not self.events or not set(self.events) <= set(EVENTS):
@@ -107,7 +107,7 @@ class CollectSettings:
         draw, event = rng.random(), str(rng.choice(self.events))
         if draw < self.recovery:
             return event
-        return IMPRECISE if draw < self.recovery + self.imprecise else None
+        return EXECUTION_NOISE if draw < self.recovery + self.execution_noise else None
 
     def resumable(self) -> dict[str, Any]:
         """What must stay the same when a run goes on or is extended."""

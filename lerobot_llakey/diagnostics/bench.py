@@ -137,6 +137,6 @@ def _bench_collect(settings: CollectSettings, workdir: Path) -> dict[str, Any]:
 
 
 def bench_in_temporary_folder(settings: BenchSettings) -> dict[str, Any]:
-    """:func:`bench` with datasets that are thrown away afterwards."""
+    """:func:`bench` with datasets that are deleted afterwards."""
     with TemporaryDirectory() as folder:
         return bench(settings, Path(folder))

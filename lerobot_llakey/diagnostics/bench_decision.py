@@ -15,7 +15,7 @@ from torch.nn.functional import normalize
 
 from lerobot_llakey import schema
 from lerobot_llakey.diagnostics.bench_policy import DTYPES, against
-from lerobot_llakey.diagnostics.bench_turns import in_turns, precision
+from lerobot_llakey.diagnostics.bench_timing import in_turns, precision
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.geometry import rotation_error
 from lerobot_llakey.policies.command.modeling_llakey_command import LlakeyCommandPolicy

@@ -13,7 +13,7 @@ from lerobot.policies.pretrained import PreTrainedPolicy
 from lerobot.utils.collate import lerobot_collate_fn
 from torch.utils.data import DataLoader
 
-from lerobot_llakey.diagnostics.bench_turns import Timing, in_turns, precision
+from lerobot_llakey.diagnostics.bench_timing import Timing, in_turns, precision
 from lerobot_llakey.policies.precision import resolve
 from lerobot_llakey.policies.prepared import prepared
 

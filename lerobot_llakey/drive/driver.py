@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from lerobot_llakey.drive.board import Board
+from lerobot_llakey.drive.driven_episode import VIEWER, DrivenEpisode
 from lerobot_llakey.drive.pilot import Pilot
-from lerobot_llakey.drive.ride import VIEWER, Ride
 from lerobot_llakey.sim.env import LlakeySimEnv
 
 
@@ -42,13 +42,13 @@ class Driver:
         self.left: int | None = None
         self.going = False
         self._board = board
-        self._ride = Ride(pilot, make_env, output_dir, self._show_frame)
+        self._episode = DrivenEpisode(pilot, make_env, output_dir, self._show_frame)
 
     def begin(self, task: str, seed: int) -> None:
         """Start an episode."""
         self._board.publish(phase="preparing")
-        self._ride.begin(task, seed)
-        self._board.publish(task=task, seed=seed, steps=(), folder=self._ride.folder, video=None)
+        self._episode.begin(task, seed)
+        self._board.publish(task=task, seed=seed, steps=(), folder=self._episode.folder, video=None)
         self._propose()
 
     def _propose(self) -> None:
@@ -56,13 +56,13 @@ class Driver:
             wishes, self.wishes = self.wishes, []
         for wish in wishes:
             wish()
-        proposal = self._ride.propose()
+        proposal = self._episode.propose()
         self._board.publish(
             phase="waiting",
             proposal=proposal,
-            own_goal=self._ride.own_goal,
-            goal=self._ride.goal,
-            pictures=self._ride.pictures,
+            own_goal=self._episode.own_goal,
+            goal=self._episode.goal,
+            pictures=self._episode.pictures,
         )
 
     def take_wishes(self) -> None:
@@ -73,13 +73,13 @@ class Driver:
     def step(self) -> None:
         """Carry the proposal out."""
         self._board.publish(phase="moving")
-        driven = self._ride.step()
+        driven = self._episode.step()
         steps = (*self._board.now.steps, driven)
         if driven.result == "success":
             self._board.publish(steps=steps, running=False, note=f"Done after {len(steps)} steps.")
         else:
             self._board.publish(steps=steps, note=f"The arm did not move: {driven.failure}." if driven.failure else "")
-        if self._ride.over:
+        if self._episode.over:
             self.end()
             self._board.publish(note=f"Out of steps after {len(steps)}.")
         else:
@@ -111,13 +111,13 @@ class Driver:
 
     def end(self) -> None:
         """End the episode."""
-        video = self._ride.end()
+        video = self._episode.end()
         if video is not None:
             self._board.publish(phase="over", running=False, proposal=None, video=video, note="Stopped.")
 
     def close(self) -> None:
         """End the episode and free the simulator."""
-        self._ride.close()
+        self._episode.close()
 
     def _disturbed(self) -> bool:
         return bool(self.wishes) or not self._board.now.running

@@ -8,8 +8,8 @@ from html import escape
 import numpy as np
 
 from lerobot_llakey import schema
+from lerobot_llakey.drive.driven_episode import VIEWER
 from lerobot_llakey.drive.driven_step import DrivenStep
-from lerobot_llakey.drive.ride import VIEWER
 from lerobot_llakey.drive.snapshot import Snapshot
 from lerobot_llakey.drive.views import jpeg
 

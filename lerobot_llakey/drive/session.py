@@ -35,7 +35,7 @@ class Session:
     Args:
         pilot: the policy.
         make_env: makes the environment of a task.
-        output_dir: where episodes are written (see :class:`~lerobot_llakey.drive.ride.Ride`).
+        output_dir: where episodes are written (see :class:`~lerobot_llakey.drive.driven_episode.DrivenEpisode`).
         split: of the scene seeds that ``make_env`` takes.
         pause_seconds: how long a proposal is shown before it is carried out while the drive is running.
     """

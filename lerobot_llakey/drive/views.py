@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from lerobot_llakey import schema
-from lerobot_llakey.drive.ride import VIEWER
+from lerobot_llakey.drive.driven_episode import VIEWER
 
 
 def one_picture(pictures: Mapping[str, np.ndarray]) -> np.ndarray:

@@ -109,10 +109,10 @@ def foresee(plan: Plan, rows: Sequence[Row], output: Output) -> Estimate:
 def report_table(
     plan: Plan, rows: Sequence[Row], records: Records, missing: Mapping[str, str], folder: Path
 ) -> tuple[dict[str, Any], str]:
-    """Success by row and task: ``table.png``, and ``blame.png`` where failures were put down to a level."""
+    """Success by row and task: ``table.png``, and ``attribution.png`` where failures were put down to a level."""
     summary = summarise_table(plan, [row.name for row in rows], records)
     plots.plot_table(folder / "table.png", plan, rows, summary)
-    plots.plot_blame(folder / "blame.png", plan, summary)
+    plots.plot_attribution(folder / "attribution.png", plan, summary)
     figures = {"rows": summary, "paper": {"simulator": paper_results.SIMULATOR, "success": paper_results.SUCCESS}}
     return figures, markdown.table_page(plan, summary, missing)
 

@@ -61,4 +61,4 @@ def make_arms(tests: Sequence[str], policies: Mapping[tuple[str, str], Path], ac
 
 def make_plan(num_episodes: int, repeats: int, max_steps: int = MAX_STEPS, split: str = "test") -> Plan:
     """The episodes of each arm."""
-    return Plan((TASK_NAME,), num_episodes, repeats, max_steps, split, blame=False)
+    return Plan((TASK_NAME,), num_episodes, repeats, max_steps, split, attribution=False)

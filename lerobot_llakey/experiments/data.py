@@ -136,7 +136,7 @@ class Data:
             first_seed,
             balance=Balance(sampling_mode(self.settings.keystep_mode)),
             recovery=self.settings.recovery if training else 0.0,
-            imprecise=self.settings.imprecise if training else 0.0,
+            execution_noise=self.settings.execution_noise if training else 0.0,
         )
 
     def _keysteps(self, name: str) -> Path:

@@ -26,7 +26,7 @@ from lerobot_llakey.files import reading, write_whole
 from lerobot_llakey.policies.hierarchy.compose import compose
 from lerobot_llakey.rollout.actors import Agent
 from lerobot_llakey.rollout.episode import run_episode
-from lerobot_llakey.rollout.video import Film
+from lerobot_llakey.rollout.video import EpisodeVideo
 from lerobot_llakey.sim.env import LlakeySimEnv
 
 _FILE = "measured.json"
@@ -81,7 +81,7 @@ def _measure(task: str, trainings: Mapping[str, Training], command: str, action:
     return Rates(written, drawn, each, start, seconds, acting, answering, filming, cores)
 
 
-def _silent(kept: int, thrown: int) -> None:
+def _silent(kept: int, discarded: int) -> None:
     """In place of a progress bar."""
 
 
@@ -122,7 +122,7 @@ def _step_seconds(training: Training, dataset: LeRobotDataset, folder: Path | No
 
 
 def _decisions(task: str, command: Path, action: Path, folder: Path) -> tuple[float, float, float]:
-    """Seconds of an action in an episode, of one answer of the command policy, and of an action filmed."""
+    """Seconds of an action in an episode, of one answer of the command policy, and of an action recorded."""
     compose(command, action, folder / "llakey", repeat_threshold=0)
     agent = Agent.load(folder / "llakey")
     env = LlakeySimEnv(task, "val", episode_length=_ACTIONS, oracle_instructions=True)
@@ -135,13 +135,13 @@ def _decisions(task: str, command: Path, action: Path, folder: Path) -> tuple[fl
         answering = _timed(lambda: policy.command.next_instructions(batch))
 
     def filming() -> None:
-        film = Film()
-        run_episode(env, agent, 1, [film])
-        film.save(folder / "film.mp4")
+        video = EpisodeVideo()
+        run_episode(env, agent, 1, [video])
+        video.save(folder / "video.mp4")
 
-    filmed = _timed(filming) / _ACTIONS
+    recorded = _timed(filming) / _ACTIONS
     env.close()
-    return acting, answering, filmed
+    return acting, answering, recorded
 
 
 def _timed(work: Any, device: str = "cpu") -> float:

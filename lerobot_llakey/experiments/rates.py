@@ -18,7 +18,7 @@ class Rates:
         step: one training step, by the training's name.
         action: one step of an episode, command and action policy together, the simulator's part in it.
         answer: one answer of a command policy.
-        film: one action in a video.
+        video: one action in a video.
         cores: processes that share episodes.
     """
 
@@ -29,5 +29,5 @@ class Rates:
     step: Mapping[str, float] = field(default_factory=dict)
     action: float = 0.0
     answer: float = 0.0
-    film: float = 0.0
+    video: float = 0.0
     cores: int = 1

@@ -14,7 +14,7 @@ from lerobot_llakey.files import write_whole
 
 REPORT = "report.md"
 _PARTS: tuple[tuple[str, str, str, tuple[str, ...]], ...] = (
-    ("Table I: success", "table", TABLE, ("table.png", "blame.png")),
+    ("Table I: success", "table", TABLE, ("table.png", "attribution.png")),
     ("Table I: the command policy's abilities", "abilities/3_views", "abilities.md", ("abilities.png", "verbs.png")),
     ("Table I: with one view", "abilities/1_view", "abilities.md", ("abilities.png", "verbs.png")),
     ("Figure 6: unforeseen events", "rollback", TABLE, ("rollback.png",)),
@@ -58,6 +58,6 @@ def _videos(folder: Path, videos: Path) -> list[str]:
     """A line of links for each row's folder of videos."""
     lines = []
     for row in sorted(path for path in videos.glob("*") if path.is_dir()):
-        links = [f"[{film.stem}]({film.relative_to(folder)})" for film in sorted(row.glob("*.mp4"))]
+        links = [f"[{video.stem}]({video.relative_to(folder)})" for video in sorted(row.glob("*.mp4"))]
         lines.append(f"- {row.name}: {', '.join(links)}")
     return ["Videos:\n\n" + "\n".join(lines)] if lines else []

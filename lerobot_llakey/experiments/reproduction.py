@@ -113,10 +113,18 @@ class Reproduction:
         ambiguity = self.ambiguity
         return self.policies.trainings | (ambiguity.trainings if ambiguity else {})
 
-    def plan(self, num_episodes: int, repeats: int, blame: bool, events: tuple[str, ...] = ("",)) -> Plan:
+    def plan(self, num_episodes: int, repeats: int, attribution: bool, events: tuple[str, ...] = ("",)) -> Plan:
         """The protocol of a table."""
         scale = self.scale
-        return Plan(self.tasks, num_episodes, repeats, scale.max_steps, scale.split, disturbances=events, blame=blame)
+        return Plan(
+            self.tasks,
+            num_episodes,
+            repeats,
+            scale.max_steps,
+            scale.split,
+            disturbances=events,
+            attribution=attribution,
+        )
 
     def stages(self) -> list[Stage]:
         """The stages, in order."""
@@ -192,7 +200,7 @@ class Reproduction:
 
     def _table(self, needs: tuple[str, ...]) -> Stage:
         settings = self.scale.table
-        plan = self.plan(settings.num_episodes, settings.repeats, settings.blame)
+        plan = self.plan(settings.num_episodes, settings.repeats, settings.attribution)
         rows, output = self.policies.rows(settings), self._output("table", settings.num_videos)
         return self._experiment("table", "table I", plan, rows, output, needs)
 
@@ -216,8 +224,8 @@ class Reproduction:
             run_experiment(plan, rows, output, report)
 
         def seconds(rates: Rates) -> float:
-            # As if every episode went on to its last action and was run again for the blame: policies may fail.
-            return episodes * plan.max_steps * rates.action * (2 if plan.blame else 1) / rates.cores
+            # As if every episode went on to its last action and was run again for the attribution: policies may fail.
+            return episodes * plan.max_steps * rates.action * (2 if plan.attribution else 1) / rates.cores
 
         return Stage(
             name,

@@ -51,7 +51,7 @@ class DataSettings:
         multi_sequence_episodes: for the command policy, of tasks with several.
         val_episodes: of unseen scenes, for the command policy's abilities.
         recovery: share of episodes with an unforeseen event, from which the expert recovers; the paper has none.
-        imprecise: share of episodes in which the hand ends beside its marks.
+        execution_noise: share of episodes in which the hand ends beside its marks.
         demonstrations: write every frame as video first, and draw keysteps from that; else keysteps at once.
         keystep_mode: how keysteps at keyframes count more: thin, repeat or weight.
     """
@@ -61,7 +61,7 @@ class DataSettings:
     multi_sequence_episodes: int = 200
     val_episodes: int = 25
     recovery: float = 0.0
-    imprecise: float = 0.0
+    execution_noise: float = 0.0
     demonstrations: bool = True
     keystep_mode: str = "thin"
 
@@ -72,7 +72,7 @@ class DataSettings:
                 "Expected 1 <= action_episodes <= command_episodes <= multi_sequence_episodes and val_episodes >= 1, "
                 f"got {counts} and {self.val_episodes}; correct them."
             )
-        for name in ("recovery", "imprecise"):
+        for name in ("recovery", "execution_noise"):
             require_number(f"--data.{name}", getattr(self, name), 0.0, 1.0)
 
 
@@ -109,7 +109,7 @@ class TableSettings:
     Attributes:
         num_episodes: of each task in a repeat.
         repeats: of all episodes.
-        blame: tell which level failed.
+        attribution: tell which level failed.
         num_videos: successes and failures of each row and task.
         chat_url: address of a chat server, whose model is a row too; none where empty.
         chat_model: its model.
@@ -117,7 +117,7 @@ class TableSettings:
 
     num_episodes: int = 25
     repeats: int = 6
-    blame: bool = True
+    attribution: bool = True
     num_videos: int = 2
     chat_url: str = ""
     chat_model: str = ""

@@ -17,7 +17,7 @@ _OPENING = {True: 0.08, False: 0.02}
 
 
 class ObliqueView:
-    """An orthographic camera that looks at a point from the front right, from above.
+    """An orthographic camera that stages at a point from the front right, from above.
 
     Args:
         centre: (3,) metres, shown in the picture's middle.

@@ -1,4 +1,4 @@
-"""One page about one decision: cameras, virtual views with heat maps, and the predicted and true poses in 3D."""
+"""One page about one decision: cameras, virtual views with heatmaps, and the predicted and true poses in 3D."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from torch import Tensor
 
 from lerobot_llakey import schema
 from lerobot_llakey.inspection.oblique_view import ObliqueView
-from lerobot_llakey.inspection.trace import Look, StageLook
+from lerobot_llakey.inspection.trace import StageTrace, Trace
 from lerobot_llakey.policies.action.views.renderer import VIEWS
 
 PREDICTED, TRUE = (255, 150, 30), (60, 220, 90)
@@ -24,40 +24,40 @@ _NEAR = 0.35
 """Metres along the height of the 3D panel that shows the poses from near."""
 
 
-def page(look: Look) -> np.ndarray:
+def page(trace: Trace) -> np.ndarray:
     """Draw the page.
 
     Returns:
         (rows, columns, 3) uint8 RGB: the words, rows of cameras, a row of virtual views for each stage (as the
         network sees them, only upright), and the cloud with both hands, whole and from near.
     """
-    rows = _rows([_camera(name, image) for name, image in look.cameras.items()])
-    rows += [_stage(stage, look) for stage in look.stages]
+    rows = _rows([_camera(name, image) for name, image in trace.cameras.items()])
+    rows += [_stage(stage, trace) for stage in trace.stages]
     width = max(row.shape[1] for row in rows)
-    rows += [_panels(look, width)]
+    rows += [_panels(trace, width)]
     padded = [np.pad(row, ((0, 4), (0, width - row.shape[1]), (0, 0))) for row in rows]
-    return np.concatenate([_words(look, width), *padded])
+    return np.concatenate([_words(trace, width), *padded])
 
 
-def report(look: Look) -> list[str]:
+def report(trace: Trace) -> list[str]:
     """The words of the page: what is asked for, and how far off the answer is."""
-    errors = look.errors()
+    errors = trace.errors()
     gripper = ["closed", "open"]
-    predicted, true = (gripper[int(action[schema.GRIPPER] > 0.5)] for action in (look.predicted, look.true))
+    predicted, true = (gripper[int(action[schema.GRIPPER] > 0.5)] for action in (trace.predicted, trace.true))
     flag = "right" if errors["collision"] else "wrong"
-    said = [f"command policy: {look.said}"] if look.said else []
+    said = [f"command policy: {trace.said}"] if trace.said else []
     return [
-        f"task: {look.task}",
-        f"instruction: {look.instruction or '(none)'}",
+        f"task: {trace.task}",
+        f"instruction: {trace.instruction or '(none)'}",
         *said,
         f"off by {errors['centimetres']:.1f} cm and {errors['degrees']:.1f} degrees; "
         f"gripper {'right' if errors['gripper'] else 'wrong'} ({predicted}, recorded {true}); collision flag {flag}",
     ]
 
 
-def heat_over(image: np.ndarray, heat: np.ndarray) -> np.ndarray:
-    """A heat map (S, S), any positive scale, over an image (S, S, 3) in 0..1: uint8, opaque where it is hottest."""
-    share = (heat / max(float(heat.max()), 1e-12)) ** 0.4  # small shares would hardly show
+def heatmap_over(image: np.ndarray, heatmap: np.ndarray) -> np.ndarray:
+    """A heatmap (S, S), any positive scale, over an image (S, S, 3) in 0..1: uint8, opaque where it is hottest."""
+    share = (heatmap / max(float(heatmap.max()), 1e-12)) ** 0.4  # small shares would hardly show
     warm = cv2.applyColorMap((share * 255).astype(np.uint8), cv2.COLORMAP_HOT)[..., ::-1]
     cover = share[..., None]
     return ((1 - cover) * np.clip(image, 0, 1) * 255 + cover * warm).astype(np.uint8)
@@ -79,14 +79,14 @@ def _rows(tiles: Sequence[np.ndarray]) -> list[np.ndarray]:
     return [np.concatenate(row, axis=1) for row in rows]
 
 
-def _stage(stage: StageLook, look: Look) -> np.ndarray:
+def _stage(stage: StageTrace, trace: Trace) -> np.ndarray:
     tiles = []
     for view, name in enumerate(stage.views):
-        tile = heat_over(stage.images[view].numpy(), stage.heat[view].numpy())
+        tile = heatmap_over(stage.images[view].numpy(), stage.heatmap[view].numpy())
         tile = cv2.resize(tile, (_TILE, _TILE), interpolation=cv2.INTER_NEAREST)
         upright = VIEWS[name][0] != 2
         tile = np.ascontiguousarray(tile if upright else tile[::-1])
-        for action, colour in ((look.true, TRUE), (look.predicted, PREDICTED)):
+        for action, colour in ((trace.true, TRUE), (trace.predicted, PREDICTED)):
             row, column = (float(stage.local(action[schema.POSITION])[axis]) for axis in VIEWS[name][:2])
             spot = (round(column * _TILE), round((row if upright else 1 - row) * _TILE))
             cv2.drawMarker(tile, spot, colour, cv2.MARKER_CROSS if colour == TRUE else cv2.MARKER_SQUARE, 14, 1)
@@ -94,10 +94,10 @@ def _stage(stage: StageLook, look: Look) -> np.ndarray:
     return np.concatenate(tiles, axis=1)
 
 
-def _panels(look: Look, width: int) -> np.ndarray:
-    points, colours = look.points.numpy(), look.colours.numpy()
+def _panels(trace: Trace, width: int) -> np.ndarray:
+    points, colours = trace.points.numpy(), trace.colours.numpy()
     whole = (points.min(axis=0) + points.max(axis=0)) / 2
-    poses = [action.numpy() for action in (look.true, look.predicted)]
+    poses = [action.numpy() for action in (trace.true, trace.predicted)]
     between = np.mean([pose[schema.POSITION] for pose in poses], axis=0)
     apart = float(np.linalg.norm(poses[0][schema.POSITION] - poses[1][schema.POSITION]))
     panels = []
@@ -114,8 +114,8 @@ def _panels(look: Look, width: int) -> np.ndarray:
     return np.concatenate(panels, axis=1)
 
 
-def _words(look: Look, width: int) -> np.ndarray:
-    lines = [(line, _WHITE) for line in report(look)]
+def _words(trace: Trace, width: int) -> np.ndarray:
+    lines = [(line, _WHITE) for line in report(trace)]
     strip = np.zeros((_LINE * (len(lines) + 1) + 8, width, 3), dtype=np.uint8)
     for number, (line, colour) in enumerate(lines):
         _write(strip, line, (10, _LINE * (number + 1) - 6), colour, width - 20)

@@ -12,8 +12,8 @@ import numpy as np
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.files import replacing
 from lerobot_llakey.inspection.oblique_view import gripper_lines
-from lerobot_llakey.inspection.page import PREDICTED, TRUE, heat_over, report
-from lerobot_llakey.inspection.trace import Look
+from lerobot_llakey.inspection.page import PREDICTED, TRUE, heatmap_over, report
+from lerobot_llakey.inspection.trace import Trace
 
 
 def require_rerun() -> ModuleType:
@@ -31,8 +31,8 @@ def require_rerun() -> ModuleType:
         ) from error
 
 
-def write_rerun(look: Look, path: Path) -> None:
-    """Save cloud, cameras, virtual views with heat maps, and both hands as an .rrd file.
+def write_rerun(trace: Trace, path: Path) -> None:
+    """Save cloud, cameras, virtual views with heatmaps, and both hands as an .rrd file.
 
     Raises:
         LlakeyError: if rerun is not installed.
@@ -41,21 +41,21 @@ def write_rerun(look: Look, path: Path) -> None:
     recording = rerun.RecordingStream("llakey_show")
     with replacing(path) as fresh:
         recording.save(str(fresh))
-        _record(look, rerun, recording)
+        _record(trace, rerun, recording)
         recording.flush()
 
 
-def _record(look: Look, rerun: ModuleType, recording: Any) -> None:
-    recording.log("words", rerun.TextDocument("\n\n".join(report(look))))
+def _record(trace: Trace, rerun: ModuleType, recording: Any) -> None:
+    recording.log("words", rerun.TextDocument("\n\n".join(report(trace))))
     recording.log("world", rerun.ViewCoordinates.RIGHT_HAND_Z_UP)
-    colours = (np.clip(look.colours.numpy(), 0, 1) * 255).astype(np.uint8)
-    recording.log("world/cloud", rerun.Points3D(look.points.numpy(), colors=colours, radii=0.002))
-    for name, action, colour in (("predicted", look.predicted, PREDICTED), ("true", look.true, TRUE)):
+    colours = (np.clip(trace.colours.numpy(), 0, 1) * 255).astype(np.uint8)
+    recording.log("world/cloud", rerun.Points3D(trace.points.numpy(), colors=colours, radii=0.002))
+    for name, action, colour in (("predicted", trace.predicted, PREDICTED), ("true", trace.true, TRUE)):
         lines = gripper_lines(action.numpy())
         recording.log(f"world/{name}", rerun.LineStrips3D(lines, colors=[colour] * len(lines), radii=0.003))
-    for name, image in look.cameras.items():
+    for name, image in trace.cameras.items():
         recording.log(f"cameras/{name}", rerun.Image((image.clamp(0, 1) * 255).byte().numpy()))
-    for stage in look.stages:
+    for stage in trace.stages:
         for view, name in enumerate(stage.views):
-            picture = heat_over(stage.images[view].numpy(), stage.heat[view].numpy())
+            picture = heatmap_over(stage.images[view].numpy(), stage.heatmap[view].numpy())
             recording.log(f"{stage.name}/{name}", rerun.Image(picture))

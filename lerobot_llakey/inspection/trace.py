@@ -1,4 +1,4 @@
-"""What an action policy sees and decides for one frame: cloud, virtual views, heat maps and pose."""
+"""What an action policy sees and decides for one frame: cloud, virtual views, heatmaps and pose."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ from lerobot_llakey.policies.prepared import Preprocessor, prepared
 
 
 @dataclass(frozen=True)
-class StageLook:
+class StageTrace:
     """What one stage sees.
 
     Attributes:
         name: "coarse" or "fine".
         views: names of the V virtual views.
         images: (V, S, S, 3) in 0..1, zero where nothing is seen.
-        heat: (V, S, S) probability of each pixel, summing to one in a view.
+        heatmap: (V, S, S) probability of each pixel, summing to one in a view.
         low: (3,) metres, lower corner of the rendered box.
         extent: (3,) metres, its edges.
     """
@@ -38,7 +38,7 @@ class StageLook:
     name: str
     views: tuple[str, ...]
     images: Tensor
-    heat: Tensor
+    heatmap: Tensor
     low: Tensor
     extent: Tensor
 
@@ -48,7 +48,7 @@ class StageLook:
 
 
 @dataclass(frozen=True)
-class Look:
+class Trace:
     """One decision, and the truth beside it; all on the CPU.
 
     Attributes:
@@ -68,7 +68,7 @@ class Look:
     cameras: dict[str, Tensor]
     points: Tensor
     colours: Tensor
-    stages: list[StageLook]
+    stages: list[StageTrace]
     predicted: Tensor
     true: Tensor
     said: str = ""
@@ -88,12 +88,12 @@ class Look:
         }
 
 
-def look(
+def trace(
     policy: nn.Module,
     dataset: Dataset[Any],
     index: int,
     preprocessor: Preprocessor | None = None,
-) -> Look:
+) -> Trace:
     """Let an action policy decide on a recorded frame, and keep what its stages saw.
 
     Args:
@@ -127,34 +127,34 @@ def look(
         cloud = fuse_views(batch, config.cameras, action_policy.workspace)
     images = {name: batch[schema.image_key(name)][0].float().permute(1, 2, 0).cpu() for name in config.cameras}
     task, instruction = words.values()
-    return Look(task, instruction, images, cloud.points.cpu(), cloud.colours.cpu(), stages, predicted, true, said)
+    return Trace(task, instruction, images, cloud.points.cpu(), cloud.colours.cpu(), stages, predicted, true, said)
 
 
 @contextmanager
-def _watched(policy: LlakeyActionPolicy) -> Iterator[list[StageLook]]:
-    """What the policy's stages see within the context, in the order in which they look."""
-    looks: list[StageLook] = []
+def _watched(policy: LlakeyActionPolicy) -> Iterator[list[StageTrace]]:
+    """What the policy's stages see within the context, in the order in which they run."""
+    stages: list[StageTrace] = []
     handles = []
     for name in ("coarse", "fine"):
         stage = getattr(policy, name)
         if stage is not None:
-            handles.append(stage.register_forward_hook(_keep(name, policy, looks)))
+            handles.append(stage.register_forward_hook(_keep(name, policy, stages)))
     try:
-        yield looks
+        yield stages
     finally:
         for handle in handles:
             handle.remove()
 
 
-def _keep(name: str, policy: LlakeyActionPolicy, looks: list[StageLook]) -> Callable[[Stage, Any, Any], None]:
+def _keep(name: str, policy: LlakeyActionPolicy, stages: list[StageTrace]) -> Callable[[Stage, Any, Any], None]:
     def keep(stage: Stage, inputs: Any, output: Any) -> None:
         scene, low, extent = inputs
         local = (scene.points - low[scene.rows]) / extent
         index = splat(local, scene.rows, len(low), stage.views, stage.size, stage.splat_radius)
-        heat = output.heat[0].float().flatten(1).softmax(dim=1).view(index.shape[1:])
+        heatmap = output.heatmap[0].float().flatten(1).softmax(dim=1).view(index.shape[1:])
         corner = policy.cube.from_unit(low[0])
         shown = gather_pixels(scene.colours, index)[0].float()
         size = torch.full_like(corner, policy.cube.edge * extent)
-        looks.append(StageLook(name, stage.views, shown.cpu(), heat.cpu(), corner.cpu(), size.cpu()))
+        stages.append(StageTrace(name, stage.views, shown.cpu(), heatmap.cpu(), corner.cpu(), size.cpu()))
 
     return keep

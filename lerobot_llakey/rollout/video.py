@@ -17,7 +17,7 @@ from lerobot_llakey.sim.env import LlakeySimEnv
 _FPS, _HOLD_FRAMES = 20, 20
 
 
-class Film(Observer):
+class EpisodeVideo(Observer):
     """Records what the environment simulates in an episode, and holds the outcome on the last frames."""
 
     def __init__(self) -> None:

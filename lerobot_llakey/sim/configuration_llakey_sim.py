@@ -36,8 +36,8 @@ class LlakeySimConfig(EnvConfig):
         oracle_instructions: add the expert's instruction from the present state to each observation.
         render_size: height and width in pixels of the pictures made for people.
         detailed: show the robot's detailed meshes in pictures made for people.
-        disturbance: unforeseen event that strikes once an episode (drop, block, shift or empty_grasp), or imprecise: a
-            hand that ends beside its marks; none where empty.
+        disturbance: unforeseen event that strikes once an episode (drop, block, shift or empty_grasp), or
+            execution_noise: a hand that ends beside its target; none where empty.
         features: what an observation holds, derived from image_size; the state is ordered as schema.SIM_STATE_NAMES.
         features_map: names of the features in LeRobot's observations.
 

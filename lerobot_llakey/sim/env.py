@@ -50,7 +50,7 @@ class LlakeySimEnv(gym.Env):
         render_size: height and width in pixels of :meth:`render`.
         render_fps: frames a second of videos with one frame an action.
         detailed: show the robot's detailed meshes to people.
-        disturbance: unforeseen event that strikes once an episode or ``imprecise`` (see
+        disturbance: unforeseen event that strikes once an episode or ``execution_noise`` (see
             :data:`~lerobot_llakey.sim.perturbations.registry.DISTURBANCES`); none where empty.
 
     Raises:

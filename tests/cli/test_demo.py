@@ -1,4 +1,4 @@
-"""The demo runs a saved policy, films it, and counts."""
+"""The demo runs a saved policy, records videos of it, and counts."""
 
 import json
 from pathlib import Path

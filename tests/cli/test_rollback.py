@@ -1,4 +1,4 @@
-"""The verb counts recoveries from an event, films one, and does nothing twice."""
+"""The verb counts recoveries from an event, records one, and does nothing twice."""
 
 import json
 from pathlib import Path

@@ -26,12 +26,12 @@ def test_bad_episodes_are_thrown_away_counted_and_made_up_for(
         return replace(episode, keyframes_match=episode.keyframes_match and seed % ATTEMPTS >= 2)
 
     monkeypatch.setattr(collect_part, "record", unlucky)
-    thrown = collect(replace(settings, num_episodes=1), targets, num_workers=1, progress=lambda *_: None)
-    assert Counter(thrown).total() >= 2
-    assert set(thrown) <= {f"open_drawer: {why}" for why in ("keyframes differ from the waypoints", "not done")}
+    discarded = collect(replace(settings, num_episodes=1), targets, num_workers=1, progress=lambda *_: None)
+    assert Counter(discarded).total() >= 2
+    assert set(discarded) <= {f"open_drawer: {why}" for why in ("keyframes differ from the waypoints", "not done")}
     assert targets.keysteps is not None
     said = json.loads((targets.keysteps / "meta" / "llakey_collect.json").read_text())
-    assert said["thrown_away"] == thrown and said["episodes"] == 1
+    assert said["discarded"] == discarded and said["episodes"] == 1
     dataset = LeRobotDataset("local/any", root=targets.keysteps)
     assert (np.array(dataset.hf_dataset[schema.EPISODE_SEED]) % ATTEMPTS >= 2).all()
 

@@ -8,7 +8,7 @@ import pytest
 from lerobot.datasets.utils import INFO_PATH
 
 from lerobot_llakey.datasets import parts as module
-from lerobot_llakey.datasets.parts import THROWN, Growth, growing
+from lerobot_llakey.datasets.parts import DISCARDED, Growth, growing
 from lerobot_llakey.errors import FileInTheWayError, LlakeyError
 
 SETTINGS = {"colour": "red"}
@@ -48,7 +48,7 @@ def grow(tmp_path: Path, made: list[str], monkeypatch: pytest.MonkeyPatch) -> Gr
                 made.append(folder.name)
                 for kind in targets:
                     dataset(folder / kind, 1)
-                (folder / THROWN).write_text(json.dumps({"bad": 1}))
+                (folder / DISCARDED).write_text(json.dumps({"bad": 1}))
             return growth.finish(folders)
 
     return run
@@ -105,7 +105,7 @@ def test_killed_anywhere_it_goes_on_and_nothing_is_made_twice(
 def test_a_cleanup_that_was_killed_half_way_by_an_earlier_version_is_finished(tmp_path: Path, grow: Grow) -> None:
     grow(1)
     parts = tmp_path / "a" / "keysteps.parts"
-    (parts / "0000000-0000001").mkdir(parents=True)  # its thrown.json is gone already
+    (parts / "0000000-0000001").mkdir(parents=True)  # its discarded.json is gone already
     (parts / "settings.json").write_text(json.dumps({"settings": SETTINGS, "begin": 0, "part_size": 1}))
     assert grow(1) == {"bad": 1}
     assert not parts.exists()

@@ -43,10 +43,10 @@ def test_targets_name_what_is_asked_for(tmp_path: Path, kinds: tuple[str, ...]) 
 
 
 def test_shares_of_disturbed_episodes_are_kept_whatever_the_variation() -> None:
-    plan = replace(SETTINGS, num_episodes=2000, recovery=0.25, imprecise=0.25)
+    plan = replace(SETTINGS, num_episodes=2000, recovery=0.25, execution_noise=0.25)
     drawn = [plan.disturbance(number) for number in range(2000)]
     assert drawn.count(None) / 2000 == pytest.approx(0.5, abs=0.04)
-    assert drawn.count("imprecise") / 2000 == pytest.approx(0.25, abs=0.03)
+    assert drawn.count("execution_noise") / 2000 == pytest.approx(0.25, abs=0.03)
     for variation in range(20):
         assert len(set(drawn[variation::20])) == 6
     assert drawn == [replace(plan, num_episodes=1).disturbance(number) for number in range(2000)]
@@ -59,7 +59,7 @@ def test_events_are_drawn_out_of_those_asked_for() -> None:
     assert chosen.resumable() == plan.resumable() | {"events": ["drop", "shift"]}
 
 
-@pytest.mark.parametrize("events", [(), ("rain",), ("drop", "imprecise")])
+@pytest.mark.parametrize("events", [(), ("rain",), ("drop", "execution_noise")])
 def test_what_is_no_event_is_refused(events: tuple[str, ...]) -> None:
     with pytest.raises(ValueError, match="Expected events out of drop, block, shift, empty_grasp, got "):
         replace(SETTINGS, events=events)
@@ -67,12 +67,12 @@ def test_what_is_no_event_is_refused(events: tuple[str, ...]) -> None:
 
 def test_shares_beyond_one_are_refused() -> None:
     with pytest.raises(ValueError, match="together at most 1"):
-        replace(SETTINGS, recovery=0.6, imprecise=0.6)
+        replace(SETTINGS, recovery=0.6, execution_noise=0.6)
 
 
 def test_another_balance_is_another_plan_and_the_papers_is_written_as_it_used_to_be() -> None:
     assert set(SETTINGS.resumable()) == {
-        *("tasks", "split", "first_seed", "image_size", "fps", "keystep_mode", "recovery", "imprecise")
+        *("tasks", "split", "first_seed", "image_size", "fps", "keystep_mode", "recovery", "execution_noise")
     }
     assert SETTINGS.resumable()["keystep_mode"] == "thin"
     others = [Balance("weight"), Balance(stride=5), Balance(keyframe_repeats=3), Balance(min_per_segment=4)]
@@ -84,7 +84,7 @@ def test_another_balance_is_another_plan_and_the_papers_is_written_as_it_used_to
     ("change", "message"),
     [
         ({"recovery": math.nan}, "recovery to be a number from 0 to 1, got nan"),
-        ({"imprecise": -0.1}, "imprecise to be a number from 0 to 1"),
+        ({"execution_noise": -0.1}, "execution_noise to be a number from 0 to 1"),
         ({"num_episodes": 1_000_000_000_000}, "num_episodes .* got 1000000000000"),
         ({"num_episodes": 0}, "num_episodes"),
         ({"first_seed": -1}, "episode index"),

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from fakes_films import frames_of
+from fakes_videos import frames_of
 from lerobot_llakey import schema
 from lerobot_llakey.drive.session import Session
 

@@ -49,5 +49,5 @@ def test_everything_that_a_stage_is_made_of_takes_time(tmp_path: Path) -> None:
     trainings = {"action": training("action_small", *TINY), "command": training("command_small")}
     rates = measured(tmp_path, ["open_drawer"], trainings, "command", "action")
     assert set(rates.step) == set(trainings)
-    times = (rates.demonstration, rates.keysteps, rates.keystep_episode, rates.action, rates.answer, rates.film)
+    times = (rates.demonstration, rates.keysteps, rates.keystep_episode, rates.action, rates.answer, rates.video)
     assert min(*times, *rates.step.values()) > 0

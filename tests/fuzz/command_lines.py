@@ -45,7 +45,7 @@ _WRONG: dict[str, tuple[str, ...]] = {
     "image_size": ("0", "1", "-5", "100000"),
     "fps": ("0", "-10", "nan"),
     "recovery": ("nan", "-0.1", "1.5", "inf"),
-    "imprecise": ("nan", "-0.1", "2"),
+    "execution_noise": ("nan", "-0.1", "2"),
     "expert_share": ("nan", "-1", "2"),
     "max_steps": ("0", "-1"),
     "batch_size": ("0", "-4"),

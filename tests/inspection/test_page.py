@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fakes_look import a_look
-from lerobot_llakey.inspection.page import PREDICTED, TRUE, heat_over, page, report
+from fakes_trace import a_trace
+from lerobot_llakey.inspection.page import PREDICTED, TRUE, heatmap_over, page, report
 
 
 def pixels_of(picture: np.ndarray, colour: tuple[int, int, int]) -> int:
@@ -15,18 +15,18 @@ def pixels_of(picture: np.ndarray, colour: tuple[int, int, int]) -> int:
 
 @pytest.mark.parametrize("stages", [1, 2])
 def test_each_stage_has_a_row(stages: int) -> None:
-    picture = page(a_look(stages=stages))
+    picture = page(a_trace(stages=stages))
     assert picture.dtype == np.uint8
     assert picture.shape[1] == 4 * 240
-    assert picture.shape[0] == page(a_look(stages=0)).shape[0] + stages * 244
+    assert picture.shape[0] == page(a_trace(stages=0)).shape[0] + stages * 244
 
 
 def test_more_views_than_cameras_widen_the_page() -> None:
-    assert page(a_look(views=("top", "front", "side", "back", "left"))).shape[1] == 5 * 240
+    assert page(a_trace(views=("top", "front", "side", "back", "left"))).shape[1] == 5 * 240
 
 
 def test_both_poses_are_drawn_in_views_and_in_3d() -> None:
-    picture = page(a_look())
+    picture = page(a_trace())
     words, panels = 4 * 28 + 8, slice(-424, None)
     for colour in (PREDICTED, TRUE):
         assert pixels_of(picture[words : words + 244], colour) == 0, "not over the cameras"
@@ -35,7 +35,7 @@ def test_both_poses_are_drawn_in_views_and_in_3d() -> None:
 
 
 def test_marks_lie_where_the_positions_project() -> None:
-    picture = page(a_look(stages=1, off=0.25))
+    picture = page(a_trace(stages=1, off=0.25))
     top = picture[4 * 28 + 8 + 244 :][:240, :240]
     rows, columns = np.nonzero((top == np.array(PREDICTED)).all(axis=-1))
     assert (rows.mean(), columns.mean()) == pytest.approx((0.5 * 240, 0.75 * 240), abs=2)
@@ -45,21 +45,21 @@ def test_marks_lie_where_the_positions_project() -> None:
 
 
 def test_the_words_tell_the_errors() -> None:
-    task, instruction, errors = report(a_look())
+    task, instruction, errors = report(a_trace())
     assert "open the drawer" in task and "grasp the handle" in instruction
     assert "10.0 cm" in errors and "0.0 degrees" in errors
     assert "gripper right (open, recorded open)" in errors
 
 
 def test_what_the_command_policy_says_has_a_line_of_its_own() -> None:
-    look = replace(a_look(), said="close the gripper")
-    assert report(look)[2] == "command policy: close the gripper"
-    assert page(look).shape[0] == page(a_look()).shape[0] + 28
+    trace = replace(a_trace(), said="close the gripper")
+    assert report(trace)[2] == "command policy: close the gripper"
+    assert page(trace).shape[0] == page(a_trace()).shape[0] + 28
 
 
 def test_heat_covers_the_image_where_it_is_hot() -> None:
-    image, heat = np.full((8, 8, 3), 0.5), np.zeros((8, 8))
-    heat[2, 3] = 1e-3
-    covered = heat_over(image, heat)
+    image, heatmap = np.full((8, 8, 3), 0.5), np.zeros((8, 8))
+    heatmap[2, 3] = 1e-3
+    covered = heatmap_over(image, heatmap)
     assert covered[2, 3].tolist() == [255, 255, 255]
     assert (np.delete(covered.reshape(64, 3), 2 * 8 + 3, axis=0) == 127).all()

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from fakes_look import a_look
+from fakes_trace import a_trace
 from lerobot_llakey.inspection.rerun_file import require_rerun, write_rerun
 
 
@@ -36,7 +36,7 @@ def test_cloud_cameras_views_and_poses_are_logged(monkeypatch: pytest.MonkeyPatc
     fake.ViewCoordinates = fake
     fake.RIGHT_HAND_Z_UP = None
     monkeypatch.setitem(sys.modules, "rerun", fake)
-    write_rerun(a_look(), tmp_path / "new" / "look.rrd")
+    write_rerun(a_trace(), tmp_path / "new" / "trace.rrd")
     logged = [args[0] for name, args in fake.calls if name == "log"]
     expected = {"words", "world/cloud", "world/predicted", "world/true", "cameras/wrist", "coarse/top", "fine/side"}
     assert expected <= set(logged)
@@ -47,5 +47,5 @@ def test_cloud_cameras_views_and_poses_are_logged(monkeypatch: pytest.MonkeyPatc
 
 def test_a_real_recording_is_written(tmp_path: Path) -> None:
     pytest.importorskip("rerun")
-    write_rerun(a_look(), tmp_path / "look.rrd")
-    assert (tmp_path / "look.rrd").stat().st_size > 1000
+    write_rerun(a_trace(), tmp_path / "trace.rrd")
+    assert (tmp_path / "trace.rrd").stat().st_size > 1000

@@ -1,4 +1,4 @@
-"""A film shows the words and the outcome, and is there as a whole or not at all."""
+"""A video shows the words and the outcome, and is there as a whole or not at all."""
 
 from pathlib import Path
 
@@ -7,7 +7,7 @@ import numpy as np
 
 from lerobot_llakey.rollout.actors import Expert
 from lerobot_llakey.rollout.episode import run_episode
-from lerobot_llakey.rollout.video import Film
+from lerobot_llakey.rollout.video import EpisodeVideo
 from lerobot_llakey.sim.env import LlakeySimEnv
 
 
@@ -18,9 +18,9 @@ def _frames(path: Path) -> list[np.ndarray]:
 
 def test_an_episode_is_filmed_with_its_outcome(tmp_path: Path) -> None:
     env = LlakeySimEnv("open_drawer", image_size=32, render_size=(120, 160), episode_length=1)
-    film = Film()
-    run_episode(env, Expert(), 0, [film])
-    film.save(tmp_path / "videos" / "one.mp4")
+    video = EpisodeVideo()
+    run_episode(env, Expert(), 0, [video])
+    video.save(tmp_path / "videos" / "one.mp4")
     frames = _frames(tmp_path / "videos" / "one.mp4")
     assert [path.name for path in (tmp_path / "videos").iterdir()] == ["one.mp4"]
     assert len(frames) > 25
@@ -33,11 +33,11 @@ def test_an_episode_is_filmed_with_its_outcome(tmp_path: Path) -> None:
 
 def test_nothing_is_recorded_after_the_end(tmp_path: Path) -> None:
     env = LlakeySimEnv("open_drawer", image_size=32, render_size=(120, 160), episode_length=1)
-    film = Film()
-    run_episode(env, Expert(), 0, [film])
-    film.save(tmp_path / "one.mp4")
-    film.save(tmp_path / "two.mp4")
+    video = EpisodeVideo()
+    run_episode(env, Expert(), 0, [video])
+    video.save(tmp_path / "one.mp4")
+    video.save(tmp_path / "two.mp4")
     run_episode(env, Expert(), 1)
-    film.save(tmp_path / "three.mp4")
+    video.save(tmp_path / "three.mp4")
     assert len(_frames(tmp_path / "three.mp4")) == len(_frames(tmp_path / "two.mp4"))
     env.close()

@@ -134,7 +134,7 @@ def test_what_an_untrained_regression_gives_moves_nothing(
 
 
 @pytest.mark.parametrize("far", [1e5, -1e7, 1e17, 1e300, 1.7e308])
-@pytest.mark.parametrize("disturbance", ["", "imprecise", "drop"])
+@pytest.mark.parametrize("disturbance", ["", "execution_noise", "drop"])
 def test_far_poses_are_unreachable_without_a_single_planned_sample(
     env: LlakeySimEnv, far: float, disturbance: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

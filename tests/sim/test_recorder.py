@@ -135,7 +135,7 @@ def test_an_event_is_labelled_as_a_watcher_would(simulation: Simulation, kind: s
 
 def test_an_imprecise_expert_is_labelled_by_what_it_meant(simulation: Simulation) -> None:
     seeds = (schema.scene_seed("val", index) for index in range(9))
-    episodes = [record(simulation, seed, 1, disturbance="imprecise") for seed in seeds]
+    episodes = [record(simulation, seed, 1, disturbance="execution_noise") for seed in seeds]
     cuts = [(episode, cut) for episode in episodes if episode.usable for cut in episode.interruptions]
     assert cuts
     for episode, cut in cuts:

@@ -14,10 +14,10 @@ from lerobot.utils.collate import lerobot_collate_fn
 from torch.utils.data import DataLoader, Subset
 
 from lerobot_llakey import schema
+from lerobot_llakey.evaluation.abilities.remaining_distance import REMAINING_DISTANCES, remaining_distances
 from lerobot_llakey.evaluation.abilities.samples import check_columns, hand_places, joint_places, samples, task_names
 from lerobot_llakey.evaluation.abilities.score import Score, macro
 from lerobot_llakey.evaluation.abilities.situation import SITUATIONS, situations
-from lerobot_llakey.evaluation.abilities.way_left import WAYS_LEFT, ways_left
 from lerobot_llakey.grammar import Grammar, of_features
 from lerobot_llakey.instructions import BASIC_GRAMMAR
 from lerobot_llakey.policies.prepared import Preprocessor, prepared
@@ -28,7 +28,7 @@ ABILITIES = (SEQUENTIAL_PREDICTION, ERROR_CORRECTION)
 ALL_SAMPLES = "all"
 AVERAGE = "average"
 AFTER_EVENTS = "after_events"
-BY_WAY_LEFT = "error_correction_by_way_left"
+BY_REMAINING_DISTANCE = "error_correction_by_way_left"
 BY_SITUATION = "by_situation"
 
 
@@ -92,7 +92,9 @@ class Measured:
             ability: {name: scores[name].summary() for name in sorted(scores)}
             for ability, scores in self.events.items()
         }
-        result[BY_WAY_LEFT] = {name: self.left[name].summary() for name in WAYS_LEFT if name in self.left}
+        result[BY_REMAINING_DISTANCE] = {
+            name: self.left[name].summary() for name in REMAINING_DISTANCES if name in self.left
+        }
         result[BY_SITUATION] = {name: self.situations[name].summary() for name in SITUATIONS if name in self.situations}
         return result
 
@@ -133,7 +135,13 @@ def measure(
         at_keyframe = batch[schema.IS_KEYFRAME].reshape(-1).tolist()
         answers = policy.next_instructions(prepared(batch, preprocessor))
         counted = zip(
-            at_keyframe, events, expected, answers, ways_left(batch, hand), situations(batch, joints), strict=True
+            at_keyframe,
+            events,
+            expected,
+            answers,
+            remaining_distances(batch, hand),
+            situations(batch, joints),
+            strict=True,
         )
         for keyframe, *told in counted:
             measured.add(SEQUENTIAL_PREDICTION if keyframe else ERROR_CORRECTION, next(tasks), *told)

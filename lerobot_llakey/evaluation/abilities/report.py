@@ -7,9 +7,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from lerobot_llakey.evaluation.abilities.measure import ABILITIES, Measured
+from lerobot_llakey.evaluation.abilities.remaining_distance import REMAINING_DISTANCES
 from lerobot_llakey.evaluation.abilities.score import MEASURES, OUTSIDE, Score, macro
 from lerobot_llakey.evaluation.abilities.situation import SITUATIONS
-from lerobot_llakey.evaluation.abilities.way_left import WAYS_LEFT
 from lerobot_llakey.files import replacing, write_whole
 from lerobot_llakey.reporting import paper_results
 from lerobot_llakey.reporting.statistics import wilson
@@ -31,7 +31,7 @@ def markdown(measured: Measured) -> str:
     for ability in ABILITIES:
         blocks.append(f"## {title(ability)}\n\n{ability_table(measured, ability)}")
     if measured.left:
-        table = _parts_table("way left", WAYS_LEFT, measured.left)
+        table = _parts_table("way left", REMAINING_DISTANCES, measured.left)
         blocks.append(f"## Error correction by the way that the hand still had to go\n\n{table}")
     if measured.situations:
         table = _parts_table("the robot is", SITUATIONS, measured.situations)

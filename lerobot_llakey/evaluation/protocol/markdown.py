@@ -8,7 +8,7 @@ from typing import Any
 
 from lerobot_llakey.evaluation.protocol.plan import Plan
 from lerobot_llakey.evaluation.protocol.records import ACTION, COMMAND
-from lerobot_llakey.evaluation.protocol.summary import has_blame
+from lerobot_llakey.evaluation.protocol.summary import has_attribution
 from lerobot_llakey.reporting import paper_results
 from lerobot_llakey.reporting.tables import markdown_table
 
@@ -20,7 +20,7 @@ PAPER_NOTE = (
 
 
 def table_page(plan: Plan, summary: Mapping[str, Any], missing: Mapping[str, str]) -> str:
-    """Success and blame by row and task."""
+    """Success and attribution by row and task."""
     rows = [
         [row, *(_percent(cells["tasks"][task]) for task in plan.tasks), _percent(cells["average"])]
         for row, cells in summary.items()
@@ -33,9 +33,9 @@ def table_page(plan: Plan, summary: Mapping[str, Any], missing: Mapping[str, str
         *_missing(missing),
         PAPER_NOTE,
     ]
-    blamed = {row: cells["tasks"] for row, cells in summary.items() if has_blame(cells["tasks"])}
-    if blamed:
-        parts += ["## Which level failed", _BLAME_WORDS, _blame_table(plan.tasks, blamed)]
+    attributed = {row: cells["tasks"] for row, cells in summary.items() if has_attribution(cells["tasks"])}
+    if attributed:
+        parts += ["## Which level failed", _ATTRIBUTION_WORDS, _attribution_table(plan.tasks, attributed)]
     return "\n\n".join(parts) + "\n"
 
 
@@ -52,14 +52,14 @@ def rollback_page(plan: Plan, summary: Mapping[str, Any], missing: Mapping[str, 
         markdown_table(["row", "event", *plan.tasks, "all"], rows),
         *_missing(missing),
     ]
-    blamed = {
+    attributed = {
         f"{row}, {event}": cells["tasks"]
         for row, events in summary.items()
         for event, cells in events.items()
-        if has_blame(cells["tasks"])
+        if has_attribution(cells["tasks"])
     }
-    if blamed:
-        parts += ["## Which level failed", _BLAME_WORDS, _blame_table(plan.tasks, blamed)]
+    if attributed:
+        parts += ["## Which level failed", _ATTRIBUTION_WORDS, _attribution_table(plan.tasks, attributed)]
     return "\n\n".join(parts) + "\n"
 
 
@@ -76,14 +76,14 @@ def paper_rows(figures: Mapping[str, Mapping[str, float]], tasks: Sequence[str])
     ]
 
 
-_BLAME_WORDS = (
+_ATTRIBUTION_WORDS = (
     "Each failed episode was run again, the oracle's instruction taking the place of the first one that differed from "
     "it: where that was solved, the command was wrong, else the action. Given are command + action."
 )
 
 
-def _blame_table(tasks: Sequence[str], blamed: Mapping[str, Mapping[str, Any]]) -> str:
-    rows = [[row, *(_blame(cells[task]["blame"]) for task in tasks)] for row, cells in blamed.items()]
+def _attribution_table(tasks: Sequence[str], attributed: Mapping[str, Mapping[str, Any]]) -> str:
+    rows = [[row, *(_attribution(cells[task]["attribution"]) for task in tasks)] for row, cells in attributed.items()]
     return markdown_table(["row", *tasks], rows)
 
 
@@ -118,5 +118,5 @@ def _recovered(cell: Mapping[str, Any]) -> str:
     return f"{cell['recovered']}/{cell['struck']} ({100 * cell['rate']:.0f} %)"
 
 
-def _blame(blame: Mapping[str, int]) -> str:
-    return f"{blame[COMMAND]} + {blame[ACTION]}"
+def _attribution(attribution: Mapping[str, int]) -> str:
+    return f"{attribution[COMMAND]} + {attribution[ACTION]}"

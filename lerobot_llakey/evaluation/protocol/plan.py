@@ -57,7 +57,7 @@ class Plan:
         split: of the scene seeds.
         first_seed: index of the first scene within the split.
         disturbances: one part of the table each; the empty one is the undisturbed scene.
-        blame: run failed episodes again with the oracle's instructions.
+        attribution: run failed episodes again with the oracle's instructions.
 
     Raises:
         LlakeyError: if a count is not positive, or a split, scene or disturbance does not exist.
@@ -70,7 +70,7 @@ class Plan:
     split: str = "test"
     first_seed: int = 0
     disturbances: tuple[str, ...] = (UNDISTURBED,)
-    blame: bool = True
+    attribution: bool = True
 
     def __post_init__(self) -> None:
         counts = (self.num_episodes, self.repeats, self.max_steps)

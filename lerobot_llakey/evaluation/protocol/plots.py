@@ -9,7 +9,7 @@ from typing import Any
 from lerobot_llakey.evaluation.protocol.plan import Plan
 from lerobot_llakey.evaluation.protocol.records import ACTION, COMMAND
 from lerobot_llakey.evaluation.protocol.rows import Row
-from lerobot_llakey.evaluation.protocol.summary import has_blame
+from lerobot_llakey.evaluation.protocol.summary import has_attribution
 from lerobot_llakey.reporting.paper_results import FROM_THE_PAPER, SUCCESS
 from lerobot_llakey.reporting.plots import FONT, BarChart, canvas, finish, legend, save
 
@@ -28,13 +28,13 @@ def plot_table(path: Path, plan: Plan, rows: Sequence[Row], summary: Mapping[str
     chart.save(path)
 
 
-def plot_blame(path: Path, plan: Plan, summary: Mapping[str, Any]) -> bool:
+def plot_attribution(path: Path, plan: Plan, summary: Mapping[str, Any]) -> bool:
     """For each row with two levels: the episodes of each task, solved, or failed by the command or the action.
 
     Returns:
         Whether there was anything to show.
     """
-    shown = {row: cells["tasks"] for row, cells in summary.items() if has_blame(cells["tasks"])}
+    shown = {row: cells["tasks"] for row, cells in summary.items() if has_attribution(cells["tasks"])}
     if not shown:
         return False
     figure = canvas(max(6.0, 1.2 * len(plan.tasks) + 2), 3.2 * len(shown) + 0.6)
@@ -42,7 +42,9 @@ def plot_blame(path: Path, plan: Plan, summary: Mapping[str, Any]) -> bool:
     for axes, (row, cells) in zip(figure.subplots(len(shown), 1, squeeze=False)[:, 0], shown.items(), strict=True):
         bottoms = [0.0] * len(plan.tasks)
         for (label, colour, hatch), key in zip(parts, ("solved", COMMAND, ACTION), strict=True):
-            counts = [cells[task]["solved"] if key == "solved" else cells[task]["blame"][key] for task in plan.tasks]
+            counts = [
+                cells[task]["solved"] if key == "solved" else cells[task]["attribution"][key] for task in plan.tasks
+            ]
             shares = [100 * n / cells[task]["episodes"] for n, task in zip(counts, plan.tasks, strict=True)]
             axes.bar(
                 range(len(shares)), shares, 0.6, bottoms, color=colour, hatch=hatch, edgecolor="white", label=label

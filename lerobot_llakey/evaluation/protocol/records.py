@@ -23,14 +23,14 @@ class Record:
     Attributes:
         trial: which one.
         episode: what happened; with its actions it can be run again to the last bit.
-        blame: COMMAND or ACTION where the episode failed and the policy has two levels, else empty.
+        attribution: COMMAND or ACTION where the episode failed and the policy has two levels, else empty.
         swapped_at: the step at which the oracle's instruction took the place of the policy's, None where never.
         seconds: that it all took.
     """
 
     trial: Trial
     episode: Episode
-    blame: str
+    attribution: str
     swapped_at: int | None
     seconds: float
 
@@ -50,7 +50,7 @@ class Record:
             return Record(
                 Trial(**content["trial"]),
                 Episode(**content["episode"]),
-                content["blame"],
+                content["attribution"],
                 content["swapped_at"],
                 content["seconds"],
             )

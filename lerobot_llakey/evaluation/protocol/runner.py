@@ -9,10 +9,10 @@ from pathlib import Path
 from tqdm import tqdm
 
 from lerobot_llakey.errors import LlakeyError
-from lerobot_llakey.evaluation.protocol.films import choose, film_path, make_film
 from lerobot_llakey.evaluation.protocol.plan import Plan
 from lerobot_llakey.evaluation.protocol.records import Records
 from lerobot_llakey.evaluation.protocol.rows import Row
+from lerobot_llakey.evaluation.protocol.videos import choose, make_video, video_path
 from lerobot_llakey.evaluation.protocol.work import run_trial
 from lerobot_llakey.parallel import run_jobs
 
@@ -69,8 +69,8 @@ def make_missing_films(
     """
     by_name = {row.name: row for row in rows}
     chosen = [record for record in choose(records, count) if record.trial.row in by_name]
-    paths = [film_path(folder, by_name[record.trial.row], record) for record in chosen]
+    paths = [video_path(folder, by_name[record.trial.row], record) for record in chosen]
     jobs = [(plan, record, path, detailed) for record, path in zip(chosen, paths, strict=True) if not path.exists()]
-    for _ in tqdm(run_jobs(make_film, jobs, num_workers), total=len(jobs), desc="videos", unit="video"):
+    for _ in tqdm(run_jobs(make_video, jobs, num_workers), total=len(jobs), desc="videos", unit="video"):
         pass
     return paths

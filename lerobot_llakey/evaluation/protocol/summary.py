@@ -22,7 +22,7 @@ def summarise_table(plan: Plan, rows: Sequence[str], records: Iterable[Record]) 
     Returns:
         For each row ``tasks``: for each task ``success`` (trimmed mean of the repeats' rates, in 0..1), ``spread``
         (their standard deviation), ``repeats`` (all rates), ``episodes``, ``solved``, ``actions`` (mean number),
-        ``seconds`` (mean, with the blame's run) and ``blame`` (failures put down to each level). And ``average``:
+        ``seconds`` (mean, with the attribution's run) and ``attribution`` (failures of each level). And ``average``:
         ``success``, the tasks' mean, and ``spread``, over the repeats' averages.
     """
     grouped = _by_cell(records)
@@ -40,7 +40,7 @@ def summarise_rollback(plan: Plan, rows: Sequence[str], records: Iterable[Record
 
     Returns:
         For each row and event ``tasks`` and ``all``: ``episodes``, ``struck``, ``recovered`` (of those), ``rate`` (None
-        where it never struck), its 95 % ``interval`` after Wilson, and ``blame``.
+        where it never struck), its 95 % ``interval`` after Wilson, and ``attribution``.
     """
     grouped = _by_cell(records)
     summary: dict[str, Any] = {}
@@ -56,9 +56,9 @@ def summarise_rollback(plan: Plan, rows: Sequence[str], records: Iterable[Record
     return summary
 
 
-def has_blame(cells: Mapping[str, Any]) -> bool:
+def has_attribution(cells: Mapping[str, Any]) -> bool:
     """Whether any failure of these tasks was put down to a level."""
-    return any(sum(cell["blame"].values()) for cell in cells.values())
+    return any(sum(cell["attribution"].values()) for cell in cells.values())
 
 
 def _by_cell(records: Iterable[Record]) -> dict[tuple[str, str, str], list[Record]]:
@@ -81,7 +81,7 @@ def _cell(plan: Plan, records: Sequence[Record]) -> dict[str, Any]:
         "solved": sum(record.episode.success for record in records),
         "actions": fmean(len(record.episode.actions) for record in records),
         "seconds": fmean(record.seconds for record in records),
-        "blame": _blame(records),
+        "attribution": _attribution(records),
     }
 
 
@@ -95,9 +95,9 @@ def _recovery(records: Sequence[Record]) -> dict[str, Any]:
         "rate": recovered / len(struck) if struck else None,
         "interval": list(wilson(recovered, len(struck))),
         "seconds": fmean(record.seconds for record in records),
-        "blame": _blame(struck),
+        "attribution": _attribution(struck),
     }
 
 
-def _blame(records: Sequence[Record]) -> dict[str, int]:
-    return {level: sum(record.blame == level for record in records) for level in (COMMAND, ACTION)}
+def _attribution(records: Sequence[Record]) -> dict[str, int]:
+    return {level: sum(record.attribution == level for record in records) for level in (COMMAND, ACTION)}

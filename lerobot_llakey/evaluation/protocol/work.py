@@ -11,7 +11,7 @@ from dataclasses import replace
 import torch
 
 from lerobot_llakey.errors import LlakeyError
-from lerobot_llakey.evaluation.protocol.blame import find_blame
+from lerobot_llakey.evaluation.protocol.failure_attribution import attribute_failure
 from lerobot_llakey.evaluation.protocol.loading import load_row
 from lerobot_llakey.evaluation.protocol.plan import Plan, Trial
 from lerobot_llakey.evaluation.protocol.records import Record
@@ -40,8 +40,8 @@ class _Actors:
 def make_env(task: str, disturbance: str, split: str, max_steps: int, detailed: bool = False) -> LlakeySimEnv:
     """The environment of an episode.
 
-    It always asks the expert what it would say: that is what blame rests on, and since the expert may draw from the
-    scene's random numbers, an episode is the same again only where it is asked again.
+    It always asks the expert for its instruction: failure attribution needs it, and since the expert may draw from the
+    scene's random numbers, an episode repeats only if the expert is asked again.
     """
     return LlakeySimEnv(
         task, split, episode_length=max_steps, oracle_instructions=True, disturbance=disturbance, detailed=detailed
@@ -49,7 +49,7 @@ def make_env(task: str, disturbance: str, split: str, max_steps: int, detailed: 
 
 
 def run_trial(row: Row, plan: Plan, trial: Trial) -> Record:
-    """Run one episode, and once more for the blame where it fails.
+    """Run one episode, and once more for the attribution where it fails.
 
     The scene's seed fixes everything random, and computing is single-threaded, so that the result depends neither on
     what the process has done before nor on how many others there are.
@@ -63,10 +63,10 @@ def run_trial(row: Row, plan: Plan, trial: Trial) -> Record:
         env = kept(make_env, trial.task, trial.disturbance, plan.split, plan.max_steps)
         actors = kept(_Actors, replace(row, name="", wording=None))
         episode = run_episode(env, _told(actors.alone, row), trial.scene)
-        blame, swapped_at = "", None
-        if plan.blame and not episode.success and _has_levels(actors.alone):
-            blame, swapped_at = find_blame(env, episode, lambda: _told(actors.guided, row))
-        return Record(trial, episode, blame, swapped_at, time.perf_counter() - started)
+        attribution, swapped_at = "", None
+        if plan.attribution and not episode.success and _has_levels(actors.alone):
+            attribution, swapped_at = attribute_failure(env, episode, lambda: _told(actors.guided, row))
+        return Record(trial, episode, attribution, swapped_at, time.perf_counter() - started)
 
 
 @contextmanager

@@ -36,11 +36,11 @@ class LlakeyActionConfig(RobotConfig):
         condition_on: which text steers the policy: the basic action's instruction, the skill's task, or both.
         proprioception: what of the present hand the policy is conditioned on: its "pose" and gripper opening, as in RVT
             the opening of its "gripper" alone, or "none" of it.
-        turn_blur: degrees, standard deviation about each axis, by which training tells a wrong turn of the hand where
-            the pose is told. A policy that may trust it learns to keep a turn that it should have corrected; one that
-            is told nothing cannot see which way round a symmetric hand is.
+        rotation_blur: degrees, standard deviation about each axis, of the noise that training adds to the hand's
+            orientation in the proprioception. A policy that trusts an exact orientation learns to keep one that it
+            should correct; a policy without it cannot see which way round a symmetric hand is.
         use_timestep: also condition on the number of actions taken so far (``observation.step``), as RVT does.
-        rotation: "bins" predicts the three angles apart, "bins_in_turn" about x, then y, then z, each knowing those
+        rotation: "bins" predicts the three angles apart, "sequential_bins" about x, then y, then z, each knowing those
             before it (RVT-2), "sixd" a continuous rotation (Zhou et al. 2019).
         rotation_bins: bins for each of the three angles over a full turn; 72 are 5 degrees each.
         rotation_frames: what rotations are told relative to, out of "view", "hand" and "base"; RVT's know "view" alone.
@@ -51,8 +51,8 @@ class LlakeyActionConfig(RobotConfig):
         blocks: "small": convolutional blocks at 1/4 and 1/8, on the way down; one each on the way up.
         patch_size, token_width, attention_dropout: "rvt" and "rvt2": pixels along a patch, and of the transformer.
         transformer_layers, transformer_heads: the multi-view transformer, of "small" at 1/16.
-        heat_sigma_start, heat_sigma_end: standard deviation in pixels of the heat maps' target, shrinking linearly
-            over ``heat_shrink_steps`` training steps, then constant.
+        heatmap_sigma_start, heatmap_sigma_end: standard deviation in pixels of the heatmaps' target, shrinking linearly
+            over ``heatmap_shrink_steps`` training steps, then constant.
         augment_translation: metres along each axis; ``augment_yaw``: degrees about z.
         colour_jitter: by what share training changes colours.
         paraphrase_probability: share of training texts that are replaced by a synonym.
@@ -75,7 +75,7 @@ class LlakeyActionConfig(RobotConfig):
 
     condition_on: str = "instruction"
     proprioception: str = "pose"
-    turn_blur: float = 25.0
+    rotation_blur: float = 25.0
     use_timestep: bool = False
     rotation: str = "bins"
     rotation_bins: int = 72
@@ -95,9 +95,9 @@ class LlakeyActionConfig(RobotConfig):
     transformer_layers: int = 3
     transformer_heads: int = 6
 
-    heat_sigma_start: float = 3.0
-    heat_sigma_end: float = 1.0
-    heat_shrink_steps: int = 1500
+    heatmap_sigma_start: float = 3.0
+    heatmap_sigma_end: float = 1.0
+    heatmap_shrink_steps: int = 1500
     augment_translation: float = 0.06
     augment_yaw: float = 20.0
     colour_jitter: float = 0.0

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from torch import Tensor
 
 from lerobot_llakey.policies.action.configuration_llakey_action import LlakeyActionConfig
-from lerobot_llakey.policies.action.heads.points import heat_weighted, pooled_at
+from lerobot_llakey.policies.action.heads.points import heatmap_weighted, pooled_at
 from lerobot_llakey.policies.action.heads.pose_heads import BinsHead, PoseHead
-from lerobot_llakey.policies.action.heads.rotation_in_turn import BinsInTurnHead
+from lerobot_llakey.policies.action.heads.rotation_sequential import SequentialBinsHead
 from lerobot_llakey.policies.action.heads.rotation_sixd import SixDHead
 from lerobot_llakey.policies.action.networks.rvt import RvtNetwork
 from lerobot_llakey.policies.action.networks.rvt2 import Rvt2Network
@@ -86,7 +86,7 @@ def _published(network: type[RvtNetwork] | type[Rvt2Network]) -> Callable[[Llake
 
 DESIGNS: dict[str, Design] = {
     "small": Design(_small, grounded_pixels, pooled_at, pose_width=256, grounded=True),
-    "rvt": Design(_published(RvtNetwork), plain_pixels, heat_weighted, pose_width=192),
+    "rvt": Design(_published(RvtNetwork), plain_pixels, heatmap_weighted, pose_width=192),
     "rvt2": Design(_published(Rvt2Network), plain_pixels, pooled_at, pose_width=256),
 }
 
@@ -107,5 +107,5 @@ def make_pose_head(config: LlakeyActionConfig, inputs: int) -> PoseHead:
     width, frames = DESIGNS[config.design].pose_width, config.rotation_frames
     if config.rotation == "sixd":
         return SixDHead(inputs, width, frames)
-    head = BinsHead if config.rotation == "bins" else BinsInTurnHead
+    head = BinsHead if config.rotation == "bins" else SequentialBinsHead
     return head(inputs, config.rotation_bins, width, frames)

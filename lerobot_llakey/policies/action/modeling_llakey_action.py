@@ -23,7 +23,7 @@ from lerobot_llakey.policies.action.dataset_needs import check_training_dataset
 from lerobot_llakey.policies.action.designs import DESIGNS, make_pose_head, make_text_encoder
 from lerobot_llakey.policies.action.heads.losses import (
     flag_loss,
-    heat_loss,
+    heatmap_loss,
     share_right,
     share_turned_less,
     share_within,
@@ -141,7 +141,7 @@ class LlakeyActionPolicy(CheckedWeights, PreTrainedPolicy):
             cloud = fuse_views(batch, config.cameras, self.workspace)
             if self.training:
                 cloud = jittered(cloud, len(target), config.colour_jitter)
-            hand = read_proprioception(batch, config, rows, config.turn_blur if self.training else 0.0)
+            hand = read_proprioception(batch, config, rows, config.rotation_blur if self.training else 0.0)
         texts = read_texts(self._texts.fill(batch), config, rows, numpy_generator() if self.training else None)
         with self._autocast():
             scene = self._scene(cloud, hand, texts, labels.lift)
@@ -179,12 +179,12 @@ class LlakeyActionPolicy(CheckedWeights, PreTrainedPolicy):
             low, extent = torch.zeros(rows, 3, device=self.workspace.device), 1.0
             scene = self._scene(cloud, hand, texts, torch.zeros_like(low))
             coarse = self.coarse(scene, low, extent)
-            place = locate(coarse.heat, config.views)
+            place = locate(coarse.heatmap, config.views)
             seen, point = coarse, place
             if self.fine is not None:
                 low, extent = self.cube.crop(place, config.crop_size)
                 seen = self.fine(scene, low, extent)
-                point = locate(with_prior(seen.heat, coarse.heat, low, extent, config.views), config.views)
+                point = locate(with_prior(seen.heatmap, coarse.heatmap, low, extent, config.views), config.views)
                 place = low + point * extent
             pose = self._read_pose(seen, point, scene, hand, torch.zeros_like(place[:, 0]))
         flags = torch.stack((pose.gripper.argmax(dim=-1), pose.collision.argmax(dim=-1)), dim=-1)
@@ -232,9 +232,9 @@ class LlakeyActionPolicy(CheckedWeights, PreTrainedPolicy):
         """The loss (B,) from each stage's output with the target in its cube, and the figures to log."""
         config, views = self.config, self.config.views
         sigma = shrinking_sigma(
-            int(self.training_step), config.heat_sigma_start, config.heat_sigma_end, config.heat_shrink_steps
+            int(self.training_step), config.heatmap_sigma_start, config.heatmap_sigma_end, config.heatmap_shrink_steps
         )
-        parts = {f"{name}_loss": heat_loss(seen, point, views, sigma) for name, (seen, point) in looks.items()}
+        parts = {f"{name}_loss": heatmap_loss(seen, point, views, sigma) for name, (seen, point) in looks.items()}
         parts["rotation_loss"] = self.pose.rotation_loss(pose, labels.quaternion)
         parts["gripper_loss"] = flag_loss(pose.gripper, labels.gripper)
         parts["collision_loss"] = flag_loss(pose.collision, labels.collision)

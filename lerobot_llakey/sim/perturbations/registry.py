@@ -9,8 +9,8 @@ from lerobot_llakey.sim.perturbations.events import EVENTS, Event
 from lerobot_llakey.sim.perturbations.execution_noise import ExecutionNoise
 from lerobot_llakey.sim.simulation import Perturbation
 
-IMPRECISE = "imprecise"
-DISTURBANCES = (*EVENTS, IMPRECISE)
+EXECUTION_NOISE = "execution_noise"
+DISTURBANCES = (*EVENTS, EXECUTION_NOISE)
 """What an episode can be disturbed by."""
 
 
@@ -30,7 +30,7 @@ def make_perturbation(kind: str, seed: int, task: str) -> Perturbation | None:
         return None
     # The name as well: one seed stands for a scene of each task, and their events are not to strike in step.
     rng = np.random.default_rng((seed, 1, *task.encode()))
-    return ExecutionNoise(rng) if kind == IMPRECISE else Event(kind, rng)
+    return ExecutionNoise(rng) if kind == EXECUTION_NOISE else Event(kind, rng)
 
 
 def check_disturbance(kind: str) -> None:

@@ -33,7 +33,7 @@ def test_tasks_are_named_by_the_column_the_record_or_the_skill_instruction(tmp_p
     old = type(keysteps)(keysteps.repo_id, root=keysteps.root)
     skills = [old[index][schema.TASK] for index in range(6)]
     assert task_names(old) == skills and len(set(skills)) > 1
-    record = {"settings": {"tasks": ["open_drawer", "close_jar"]}, "episodes": 3, "thrown_away": {}}
+    record = {"settings": {"tasks": ["open_drawer", "close_jar"]}, "episodes": 3, "discarded": {}}
     (keysteps.root / RECORD).write_text(json.dumps(record))
     assert task_names(old) == ["open_drawer"] * 2 + ["close_jar"] * 2 + ["open_drawer"] * 2
     (keysteps.root / RECORD).write_text(json.dumps(record | {"episodes": 2}))

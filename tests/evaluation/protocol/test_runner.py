@@ -50,12 +50,12 @@ def test_a_killed_process_is_told_and_what_was_done_is_kept(tmp_path: Path, monk
 def test_videos_that_are_there_are_not_made_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     made: list[Path] = []
 
-    def make_film(plan: Plan, record: Record, path: Path, detailed: bool) -> None:
+    def make_video(plan: Plan, record: Record, path: Path, detailed: bool) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.touch()
         made.append(path)
 
-    monkeypatch.setattr(runner, "make_film", make_film)
+    monkeypatch.setattr(runner, "make_video", make_video)
     records = Records(tmp_path / "episodes.jsonl")
     for record in RECORDS.values():
         records.add(replace(record, seconds=1.0))

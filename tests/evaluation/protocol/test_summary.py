@@ -12,10 +12,10 @@ def test_success_is_trimmed_and_blame_is_counted() -> None:
     summary = summarise_table(PLAN, ["ours", "other"], reversed(made_up_records(PLAN)))
     drawer, jar = (summary["ours"]["tasks"][task] for task in PLAN.tasks)
     assert drawer["repeats"] == [0.0, 0.5, 1.0, 0.5] and drawer["success"] == 0.5 and drawer["spread"] == 0.0
-    assert drawer["blame"] == {COMMAND: 1, ACTION: 3} and drawer["solved"] == 4 and drawer["episodes"] == 8
-    assert jar["success"] == 1.0 and jar["blame"] == {COMMAND: 0, ACTION: 0}
+    assert drawer["attribution"] == {COMMAND: 1, ACTION: 3} and drawer["solved"] == 4 and drawer["episodes"] == 8
+    assert jar["success"] == 1.0 and jar["attribution"] == {COMMAND: 0, ACTION: 0}
     assert summary["ours"]["average"]["success"] == 0.75
-    assert summary["other"]["tasks"]["open_drawer"]["blame"] == {COMMAND: 0, ACTION: 0}
+    assert summary["other"]["tasks"]["open_drawer"]["attribution"] == {COMMAND: 0, ACTION: 0}
 
 
 def test_recovery_counts_episodes_that_were_struck_alone() -> None:
@@ -24,7 +24,7 @@ def test_recovery_counts_episodes_that_were_struck_alone() -> None:
     cell = summary["ours"]["shift"]["tasks"]["open_drawer"]
     assert (cell["episodes"], cell["struck"], cell["recovered"]) == (8, 6, 4)
     assert cell["rate"] == pytest.approx(4 / 6) and cell["interval"][0] < 4 / 6 < cell["interval"][1]
-    assert cell["blame"] == {COMMAND: 0, ACTION: 2}
+    assert cell["attribution"] == {COMMAND: 0, ACTION: 2}
     assert summary["ours"]["drop"]["all"]["struck"] == 12
     never = summarise_rollback(plan, ["ours"], made_up_records(plan))["ours"]["drop"]["all"]
     assert never["rate"] is None and never["struck"] == 0

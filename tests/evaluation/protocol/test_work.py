@@ -79,7 +79,7 @@ def test_a_policy_is_told_the_rows_wording_and_loaded_once_for_all_of_them(monke
     monkeypatch.setattr(parallel, "_kept", {})
     monkeypatch.setattr(work, "LlakeySimEnv", small_env)
     monkeypatch.setattr(work, "load_row", load_row)
-    plan = Plan(("open_drawer",), 1, 1, max_steps=1, blame=False)
+    plan = Plan(("open_drawer",), 1, 1, max_steps=1, attribution=False)
     for row in (ROW, Row("louder", "x", wording=_loud), Row("other", "y")):
         run_trial(row, plan, _trial(0))
     assert [loud for _, loud in told] == ["", told[0][0].upper(), ""]
@@ -93,16 +93,16 @@ def _loud(description: str, sequence: int) -> str:
 def test_failures_are_put_down_to_a_level(acts) -> None:
     acts(Hands(wrong_words=range(1, 99)), Hands())
     record = run_trial(ROW, PLAN, _trial(0))
-    assert (record.blame, record.swapped_at, record.episode.success) == (COMMAND, 1, False)
+    assert (record.attribution, record.swapped_at, record.episode.success) == (COMMAND, 1, False)
     acts(Hands(wrong_hands=True), Hands(wrong_hands=True))
-    assert run_trial(ROW, PLAN, _trial(0)).blame == ACTION
+    assert run_trial(ROW, PLAN, _trial(0)).attribution == ACTION
 
 
 def test_no_blame_without_two_levels_or_where_it_is_not_wanted(acts) -> None:
     acts(Hands(wrong_hands=True, commander="task"))
-    assert run_trial(ROW, PLAN, _trial(0)).blame == ""
+    assert run_trial(ROW, PLAN, _trial(0)).attribution == ""
     acts(Hands(wrong_hands=True))
-    assert run_trial(ROW, Plan(("open_drawer",), 2, 1, max_steps=2, blame=False), _trial(0)).blame == ""
+    assert run_trial(ROW, Plan(("open_drawer",), 2, 1, max_steps=2, attribution=False), _trial(0)).attribution == ""
 
 
 class _Fails(Hands):

@@ -60,9 +60,9 @@ def test_what_is_right_is_counted_in_metres_along_every_axis(axis: int) -> None:
     def hottest_beside(module: torch.nn.Module, given: tuple, output: ViewOutput) -> ViewOutput:
         places = project(policy.cube.to_unit(centres[:, 0] + beside), policy.config.views)
         rows, columns = (places * size).long().unbind(dim=-1)
-        heat = torch.zeros_like(output.heat).flatten(2)
-        heat.scatter_(2, (rows * size + columns)[..., None], 9.0)
-        return replace(output, heat=heat.view_as(output.heat))
+        heatmap = torch.zeros_like(output.heatmap).flatten(2)
+        heatmap.scatter_(2, (rows * size + columns)[..., None], 9.0)
+        return replace(output, heatmap=heatmap.view_as(output.heatmap))
 
     policy.coarse.register_forward_hook(hottest_beside)
     shares = []

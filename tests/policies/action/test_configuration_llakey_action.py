@@ -27,7 +27,7 @@ def test_settings_survive_saving(tmp_path):
         ({"dtype": "int8"}, "dtype out of 'auto', 'bfloat16', 'float32', got 'int8'"),
         ({"design": "rvt3"}, "design out of 'small', 'rvt', 'rvt2', got 'rvt3'"),
         ({"stages": 3}, "stages out of 1, 2, got 3"),
-        ({"rotation": "euler"}, "rotation out of 'bins', 'bins_in_turn', 'sixd'"),
+        ({"rotation": "euler"}, "rotation out of 'bins', 'sequential_bins', 'sixd'"),
         ({"rotation_frames": ["view", "wall"]}, r"rotation_frames out of view, hand, base, got \['view', 'wall'\]"),
         ({"rotation_frames": []}, "rotation_frames to name at least one"),
         ({"proprioception": "all"}, "proprioception out of 'pose', 'gripper'"),
@@ -49,7 +49,7 @@ def test_settings_survive_saving(tmp_path):
         ({"workspace": [[0, 1], [0, float("inf")], [0, 1]]}, r"workspace \(y\) to be a number from -10 to 10, got inf"),
         ({"workspace": [[0, 1], [0, 1]]}, "three"),
         ({"text_width": 30}, "text_width to be a multiple of 4, got 30"),
-        ({"turn_blur": -1.0}, "turn_blur to be a number from 0 to 180, got -1.0"),
+        ({"rotation_blur": -1.0}, "rotation_blur to be a number from 0 to 180, got -1.0"),
     ],
 )
 def test_wrong_settings_are_named(setting, message):

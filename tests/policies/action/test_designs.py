@@ -11,7 +11,7 @@ from fakes_action import small_config
 from lerobot_llakey.policies.action.configuration_llakey_action import LlakeyActionConfig
 from lerobot_llakey.policies.action.designs import DESIGNS, make_pose_head, make_text_encoder
 from lerobot_llakey.policies.action.heads.pose_heads import BinsHead
-from lerobot_llakey.policies.action.heads.rotation_in_turn import BinsInTurnHead
+from lerobot_llakey.policies.action.heads.rotation_sequential import SequentialBinsHead
 from lerobot_llakey.policies.action.heads.rotation_sixd import SixDHead
 from lerobot_llakey.policies.action.limits import CHOICES
 from lerobot_llakey.policies.action.modeling_llakey_action import LlakeyActionPolicy
@@ -61,7 +61,7 @@ def test_the_shipped_design_is_small() -> None:
 def test_published_designs_look_as_published() -> None:
     rvt, rvt2, baseline = recipe("action_rvt"), recipe("action_rvt2"), recipe("action_rvt_baseline")
     assert (len(rvt.views), rvt.view_size // rvt.patch_size, rvt.rotation) == (5, 20, "bins")
-    assert (len(rvt2.views), rvt2.view_size // rvt2.patch_size, rvt2.rotation) == (3, 16, "bins_in_turn")
+    assert (len(rvt2.views), rvt2.view_size // rvt2.patch_size, rvt2.rotation) == (3, 16, "sequential_bins")
     assert (rvt.condition_on, rvt.use_timestep) == ("instruction", False)
     changed = {key for key, value in vars(rvt).items() if vars(baseline)[key] != value}
     assert changed == {"condition_on", "use_timestep"}
@@ -69,7 +69,7 @@ def test_published_designs_look_as_published() -> None:
 
 
 def test_heads_and_text_encoder_follow_the_settings() -> None:
-    heads = {"bins": BinsHead, "bins_in_turn": BinsInTurnHead, "sixd": SixDHead}
+    heads = {"bins": BinsHead, "sequential_bins": SequentialBinsHead, "sixd": SixDHead}
     for rotation, kind in heads.items():
         assert type(make_pose_head(small_config(rotation=rotation), 8)) is kind
     assert isinstance(make_text_encoder(small_config()), TextEncoder)

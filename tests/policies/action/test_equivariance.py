@@ -13,7 +13,7 @@ from lerobot_llakey.policies.action.batch.labels import moved, read_labels
 from lerobot_llakey.policies.action.batch.point_cloud import fuse_views
 from lerobot_llakey.policies.action.batch.proprioception import read_proprioception
 from lerobot_llakey.policies.action.heads.points import locate
-from lerobot_llakey.policies.action.heads.targets import heat_target
+from lerobot_llakey.policies.action.heads.targets import heatmap_target
 from lerobot_llakey.policies.action.modeling_llakey_action import LlakeyActionPolicy
 from lerobot_llakey.policies.action.views.renderer import VIEWS, project, splat
 
@@ -43,16 +43,16 @@ def test_the_heat_target_stays_on_the_same_thing(yaw: float, shift: tuple[float,
         unit = (points[chosen] - workspace[:, 0]) / (workspace[:, 1] - workspace[:, 0])
         shown = splat(unit[None], torch.zeros(1, dtype=torch.int64), 1, views, size)[0]
         target = (shifted.position[0] - workspace[:, 0]) / (workspace[:, 1] - workspace[:, 0])
-        heat = heat_target(project(target, views), size, 0.7)
+        heatmap = heatmap_target(project(target, views), size, 0.7)
         for view in range(len(views)):
-            hottest, drawn = (heat[view] == heat[view].max()).nonzero()[0], (shown[view] == 0).nonzero()[0]
+            hottest, drawn = (heatmap[view] == heatmap[view].max()).nonzero()[0], (shown[view] == 0).nonzero()[0]
             assert (hottest - drawn).abs().max() <= 1  # a coordinate on the edge of two pixels may fall either way
 
 
 def test_a_trained_policys_prediction_moves_within_the_bin_size() -> None:
     torch.manual_seed(0)
     # What is told relative to the base stays with the base, which is not moved here.
-    settings = {"rotation_frames": ["view", "hand"], "heat_shrink_steps": 60, "heat_sigma_start": 2.0}
+    settings = {"rotation_frames": ["view", "hand"], "heatmap_shrink_steps": 60, "heatmap_sigma_start": 2.0}
     policy = LlakeyActionPolicy(small_config(view_size=48, augment_translation=0.1, augment_yaw=30.0, **settings))
     batch, _, _ = observation(rows=3)
     optimiser = torch.optim.AdamW(policy.get_optim_params(), lr=4e-3, betas=(0.9, 0.98))
@@ -90,8 +90,8 @@ def test_any_weights_find_a_moved_crop_at_the_moved_place() -> None:
     )
     scene.points = (scene.points * 2**12).round() / 2**12  # so that adding the shift rounds nothing
     low, shift = torch.tensor([[0.5, 0.5, 0.0]]), torch.tensor([[-0.25, 0.125, 0.5]])
-    found = low + locate(policy.fine(scene, low, extent).heat, policy.config.views) * extent
+    found = low + locate(policy.fine(scene, low, extent).heatmap, policy.config.views) * extent
     scene.points = scene.points + shift
-    again = low + shift + locate(policy.fine(scene, low + shift, extent).heat, policy.config.views) * extent
-    # The heat maps are the same; adding the crop's corner and the shift rounds in another order, by some 1e-8 metres.
+    again = low + shift + locate(policy.fine(scene, low + shift, extent).heatmap, policy.config.views) * extent
+    # The heatmaps are the same; adding the crop's corner and the shift rounds in another order, by some 1e-8 metres.
     assert torch.allclose(found + shift, again, rtol=0.0, atol=1e-6)

@@ -15,9 +15,9 @@ DESIGNS = pytest.mark.parametrize(
     [
         {"design": "rvt", "stages": 1, "views": ["top", "front", "back", "left", "side"], "rotation_frames": ["view"]},
         {"design": "rvt", "rotation": "sixd", "condition_on": "both"},
-        {"design": "rvt2", "rotation": "bins_in_turn", "condition_on": "task", "use_timestep": True},
+        {"design": "rvt2", "rotation": "sequential_bins", "condition_on": "task", "use_timestep": True},
         {"stages": 1, "rotation": "sixd"},
-        {"rotation": "bins_in_turn", "condition_on": "both", "use_timestep": True},
+        {"rotation": "sequential_bins", "condition_on": "both", "use_timestep": True},
     ],
     ids=[
         "rvt",
@@ -30,7 +30,7 @@ DESIGNS = pytest.mark.parametrize(
 
 # A softmax weighs differences, so what is added to all that it weighs has no say: these gradients are rounding errors,
 # and on some processors exactly zero. The layers keep these biases because saved checkpoints have them.
-WITHOUT_SAY = ("scores.bias", "match_head.bias", "heat.bias")
+WITHOUT_SAY = ("scores.bias", "match_head.bias", "heatmap.bias")
 
 
 def untrained(policy):
@@ -62,7 +62,7 @@ def without_text(batch):
 
 
 def test_the_loss_has_its_parts_and_reaches_every_parameter():
-    policy = make_policy(heat_shrink_steps=10)
+    policy = make_policy(heatmap_shrink_steps=10)
     batch, _, _ = observation(rows=3)
     # Films start at zero, so what feeds them gets its first gradient one step later.
     optimiser = torch.optim.SGD(policy.get_optim_params(), lr=1e-2)
@@ -78,7 +78,7 @@ def test_the_loss_has_its_parts_and_reaches_every_parameter():
 
 
 def test_it_learns_a_batch_by_heart():
-    policy = make_policy(augment_yaw=0.0, heat_shrink_steps=20)
+    policy = make_policy(augment_yaw=0.0, heatmap_shrink_steps=20)
     batch, _, _ = observation(rows=4)
     optimiser = torch.optim.AdamW(policy.get_optim_params(), lr=3e-3)
     for _ in range(60):
@@ -228,12 +228,12 @@ def test_the_timestep_is_asked_for_only_where_it_is_used():
     "settings",
     [
         {"design": "rvt", "stages": 1, "view_size": 24, "patch_size": 3},
-        {"design": "rvt2", "rotation": "bins_in_turn", "view_size": 32, "patch_size": 8, "crop_noise": 0.02},
+        {"design": "rvt2", "rotation": "sequential_bins", "view_size": 32, "patch_size": 8, "crop_noise": 0.02},
     ],
     ids=["rvt", "rvt2"],
 )
 def test_published_designs_learn_a_batch_by_heart(settings):
-    plain = {"augment_yaw": 0.0, "augment_translation": 0.0, "heat_shrink_steps": 30}
+    plain = {"augment_yaw": 0.0, "augment_translation": 0.0, "heatmap_shrink_steps": 30}
     policy = make_policy(**(PUBLISHED | plain | settings))
     batch, _, _ = observation(rows=2)
     optimiser = torch.optim.AdamW(policy.get_optim_params(), lr=5e-3)
@@ -248,7 +248,7 @@ def test_published_designs_learn_a_batch_by_heart(settings):
     assert torch.allclose(action[:, 3:], batch[schema.ACTION][:, 3:], atol=1e-5)
 
 
-@pytest.mark.parametrize("setting", ["colour_jitter", "turn_blur"])
+@pytest.mark.parametrize("setting", ["colour_jitter", "rotation_blur"])
 def test_clouds_and_the_told_turn_are_varied_in_training_only(setting):
     batch, _, _ = observation(rows=2)
     plain = {"augment_translation": 0.0, "augment_yaw": 0.0, "crop_noise": 0.0, "paraphrase_probability": 0.0}

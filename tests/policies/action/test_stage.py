@@ -33,9 +33,9 @@ def make_stage(**settings) -> Stage:
 def test_a_stage_scores_every_pixel_of_a_cube_even_if_it_is_empty(design, size, grid, width):
     stage = make_stage(design=design, **({} if design == "small" else PUBLISHED))
     output = stage(make_scene([[0.9, 0.9, 0.9]]), torch.full((1, 3), 0.1), 0.2)
-    assert output.heat.shape == (1, 3, size, size)
+    assert output.heatmap.shape == (1, 3, size, size)
     assert output.features.shape == (1, 3, grid, grid, width)
-    assert output.heat.isfinite().all()
+    assert output.heatmap.isfinite().all()
     assert stage.network.feature_width == width
     assert output.summary.shape == (1, stage.network.summary_width)
 
@@ -54,6 +54,6 @@ def test_a_crop_of_a_published_design_looks_the_same_wherever_it_lies(design):
     still = stage(make_scene(points.tolist()), low, 0.125)
     moved = stage(make_scene((points + shift).tolist()), low + shift, 0.125)
     stayed = stage(make_scene((points + shift / 8).tolist()), low, 0.125)
-    assert torch.equal(still.heat, moved.heat)
+    assert torch.equal(still.heatmap, moved.heatmap)
     assert torch.equal(still.features, moved.features)
-    assert not torch.allclose(still.heat, stayed.heat, atol=1e-3)
+    assert not torch.allclose(still.heatmap, stayed.heatmap, atol=1e-3)

@@ -10,7 +10,7 @@ from lerobot_llakey.sim.perturbations.registry import DISTURBANCES, make_perturb
 def test_every_name_makes_a_perturbation_that_has_not_struck() -> None:
     made = {kind: make_perturbation(kind, 0, "open_drawer") for kind in DISTURBANCES}
     assert all(isinstance(made[kind], Event) for kind in EVENTS)
-    assert isinstance(made["imprecise"], ExecutionNoise)
+    assert isinstance(made["execution_noise"], ExecutionNoise)
     assert not any(one is None or one.struck or one.time is not None for one in made.values())
     assert make_perturbation("", 0, "open_drawer") is None
 

@@ -43,7 +43,7 @@ def proprioception_width(config: LlakeyActionConfig) -> int:
 
 
 def read_proprioception(
-    batch: Mapping[str, Any], config: LlakeyActionConfig, rows: int, turn_blur: float = 0.0
+    batch: Mapping[str, Any], config: LlakeyActionConfig, rows: int, rotation_blur: float = 0.0
 ) -> Proprioception:
     """Read the state and the step (B, 1) of a batch, as the settings ask.
 
@@ -51,7 +51,7 @@ def read_proprioception(
         batch: in the data contract, with the cameras of ``config``.
         config: what is told.
         rows: B.
-        turn_blur: degrees, see :func:`augmentation.blurred`; 0 tells the turn as it is.
+        rotation_blur: degrees, see :func:`augmentation.blurred`; 0 tells the turn as it is.
 
     Raises:
         LlakeyError: if the step or the state is asked for and missing, or makes no sense in a row.
@@ -70,7 +70,7 @@ def read_proprioception(
         if config.proprioception == "pose":
             place = hand[:, schema.POSITION]
             turn = F.normalize(hand[:, schema.QUATERNION], dim=-1)
-            angles = quaternion_to_angles(blurred(turn, turn_blur) if turn_blur > 0 else turn)
+            angles = quaternion_to_angles(blurred(turn, rotation_blur) if rotation_blur > 0 else turn)
             turns = torch.cat((angles.sin(), angles.cos()), dim=1)
     parts = [opening, turns] if config.proprioception == "pose" else [opening]
     if config.use_timestep:

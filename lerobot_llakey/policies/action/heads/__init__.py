@@ -1,4 +1,4 @@
-"""From heat maps and features to the keyframe pose: the point, the rotation, the flags, their targets and losses.
+"""From heatmaps and features to the keyframe pose: the point, the rotation, the flags, their targets and losses.
 
-A pose head is one way of telling rotations; ``targets`` holds the conventions for heat maps and angles.
+A pose head is one way of telling rotations; ``targets`` holds the conventions for heatmaps and angles.
 """

@@ -1,4 +1,4 @@
-"""The parts of the training loss that concern heat maps and flags, and how often they are right."""
+"""The parts of the training loss that concern heatmaps and flags, and how often they are right."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from torch import Tensor
 from torch.nn import functional as F
 
 from lerobot_llakey.geometry import rotation_error
-from lerobot_llakey.policies.action.heads.targets import heat_target
+from lerobot_llakey.policies.action.heads.targets import heatmap_target
 from lerobot_llakey.policies.action.networks.view_network import ViewOutput
 from lerobot_llakey.policies.action.views.renderer import project
 
 
-def heat_loss(output: ViewOutput, point: Tensor, views: Sequence[str], sigma: float) -> Tensor:
-    """Cross-entropy (B,) of the heat maps against Gaussians around a point, averaged over the views.
+def heatmap_loss(output: ViewOutput, point: Tensor, views: Sequence[str], sigma: float) -> Tensor:
+    """Cross-entropy (B,) of the heatmaps against Gaussians around a point, averaged over the views.
 
     Args:
         output: of a stage.
@@ -23,15 +23,15 @@ def heat_loss(output: ViewOutput, point: Tensor, views: Sequence[str], sigma: fl
         views: names of the views.
         sigma: standard deviation of the Gaussians in pixels.
     """
-    target = heat_target(project(point, views), output.heat.shape[-1], sigma)
-    logs = output.heat.flatten(2).log_softmax(dim=-1)
+    target = heatmap_target(project(point, views), output.heatmap.shape[-1], sigma)
+    logs = output.heatmap.flatten(2).log_softmax(dim=-1)
     return -(target.flatten(2) * logs).sum(dim=-1).mean(dim=1)
 
 
 def share_within(output: ViewOutput, point: Tensor, views: Sequence[str], distance: float) -> float:
     """Share of views whose hottest pixel lies within a distance (in units of the stage's cube) of a point (B, 3)."""
-    size = output.heat.shape[-1]
-    best = output.heat.detach().flatten(2).argmax(dim=-1)
+    size = output.heatmap.shape[-1]
+    best = output.heatmap.detach().flatten(2).argmax(dim=-1)
     spot = torch.stack((best // size, best % size), dim=-1).add(0.5) / size
     offset = (spot - project(point, views)).norm(dim=-1)
     return (offset <= distance).float().mean().item()

@@ -1,4 +1,4 @@
-"""From heat maps to a point, and to the features that the pose is read from."""
+"""From heatmaps to a point, and to the features that the pose is read from."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from lerobot_llakey.policies.action.networks.view_network import ViewOutput
 from lerobot_llakey.policies.action.views.renderer import VIEWS, project
 
 
-def locate(heat: Tensor, views: Sequence[str]) -> Tensor:
+def locate(heatmap: Tensor, views: Sequence[str]) -> Tensor:
     """The point of the unit cube whose projections are together most likely.
 
     Every cell of the grid is scored by the sum of its log-probabilities in all views (RVT's back-projection, here a
@@ -19,22 +19,22 @@ def locate(heat: Tensor, views: Sequence[str]) -> Tensor:
     each axis.
 
     Args:
-        heat: (B, V, S, S) logits.
+        heatmap: (B, V, S, S) logits.
         views: the V names.
 
     Returns:
         (B, 3) coordinates in the unit cube.
     """
-    size = heat.shape[-1]
-    logs = heat.flatten(2).log_softmax(dim=-1).unflatten(2, (size, size))
-    score = logs.new_zeros(heat.shape[0], 1, 1, 1)
+    size = heatmap.shape[-1]
+    logs = heatmap.flatten(2).log_softmax(dim=-1).unflatten(2, (size, size))
+    score = logs.new_zeros(heatmap.shape[0], 1, 1, 1)
     for view, name in enumerate(views):
         row, column, depth, _ = VIEWS[name]
         plane = logs[:, view] if row < column else logs[:, view].transpose(1, 2)
         plane = plane.unsqueeze(depth + 1)
         # In place once it is whole: it has half a million cells.
         score = score.add_(plane) if score.shape[1:] == (size, size, size) else score + plane
-    rows = torch.arange(heat.shape[0], device=heat.device)
+    rows = torch.arange(heatmap.shape[0], device=heatmap.device)
     # The greatest of each line first: a search for its place as well takes ten times as long.
     line = score.amax(dim=3).flatten(1).argmax(dim=1)
     first, second = line // size, line % size
@@ -52,7 +52,7 @@ def locate(heat: Tensor, views: Sequence[str]) -> Tensor:
     return torch.stack(refined, dim=-1) / size
 
 
-def with_prior(heat: Tensor, coarse: Tensor, low: Tensor, extent: float, views: Sequence[str]) -> Tensor:
+def with_prior(heatmap: Tensor, coarse: Tensor, low: Tensor, extent: float, views: Sequence[str]) -> Tensor:
     """A zoomed stage's logits, plus what the stage before thought of the same places.
 
     The zoomed stage is trained on cubes that lie anywhere near the target, so alone it takes every place in its cube
@@ -60,7 +60,7 @@ def with_prior(heat: Tensor, coarse: Tensor, low: Tensor, extent: float, views: 
     Where the zoomed stage is sure it is the sharper by the zoom, and the prior hardly moves its peak.
 
     Args:
-        heat: (B, V, S, S) logits of the zoomed stage.
+        heatmap: (B, V, S, S) logits of the zoomed stage.
         coarse: (B, V, S, S) logits of the first stage, over the unit cube.
         low: (B, 3) lower corner of the zoomed cube in the unit cube.
         extent: its edge.
@@ -69,18 +69,18 @@ def with_prior(heat: Tensor, coarse: Tensor, low: Tensor, extent: float, views: 
     Returns:
         (B, V, S, S) logits.
     """
-    size = heat.shape[-1]
-    steps = (torch.arange(size, device=heat.device) + 0.5) / size * extent
+    size = heatmap.shape[-1]
+    steps = (torch.arange(size, device=heatmap.device) + 0.5) / size * extent
     corner = project(low, views)  # (B, V, 2)
     rows, columns = (corner[..., axis, None] + steps for axis in (0, 1))
     grid = torch.stack(
-        (columns[..., None, :].expand(*heat.shape), rows[..., None].expand(*heat.shape)), dim=-1
+        (columns[..., None, :].expand(*heatmap.shape), rows[..., None].expand(*heatmap.shape)), dim=-1
     )  # (B, V, S, S, 2), columns first
     logs = coarse.flatten(2).log_softmax(dim=-1).unflatten(2, coarse.shape[2:])
     prior = nn.functional.grid_sample(
         logs.flatten(0, 1)[:, None], grid.flatten(0, 1) * 2 - 1, "bicubic", "border", align_corners=False
     )
-    return heat.flatten(2).log_softmax(dim=-1).unflatten(2, (size, size)) + prior.view_as(heat)
+    return heatmap.flatten(2).log_softmax(dim=-1).unflatten(2, (size, size)) + prior.view_as(heatmap)
 
 
 def features_at(features: Tensor, points: Tensor, views: Sequence[str]) -> Tensor:
@@ -97,7 +97,7 @@ def pooled_at(output: ViewOutput, points: Tensor, views: Sequence[str]) -> Tenso
     return features_at(output.features, points, views)
 
 
-def heat_weighted(output: ViewOutput, points: Tensor, views: Sequence[str]) -> Tensor:
-    """Features (B, V * C) of each view's pixels, weighted by its heat map (RVT); the points are not looked at."""
-    share = output.heat.detach().flatten(2).softmax(dim=-1).to(output.features.dtype)  # (B, V, S * S)
+def heatmap_weighted(output: ViewOutput, points: Tensor, views: Sequence[str]) -> Tensor:
+    """Features (B, V * C) of each view's pixels, weighted by its heatmap (RVT); the points are not looked at."""
+    share = output.heatmap.detach().flatten(2).softmax(dim=-1).to(output.features.dtype)  # (B, V, S * S)
     return (share[:, :, None] @ output.features.flatten(2, 3)).flatten(1)

@@ -1,4 +1,4 @@
-"""Targets of the classification losses: heat maps (LLaKey section III-D, RVT) and angle bins (PerAct).
+"""Targets of the classification losses: heatmaps (LLaKey section III-D, RVT) and angle bins (PerAct).
 
 Rotations are read as R = Rz(a) Ry(b) Rx(c) R_ref, where R_ref points the hand halfway between straight down and
 straight ahead. Its singular directions (b = +-90 degrees) are then 45 degrees away from both the grasp from above and
@@ -77,7 +77,7 @@ def bin_angles(index: Tensor, bins: int) -> Tensor:
     return torch.where(angles > math.pi, angles - 2 * math.pi, angles)
 
 
-def heat_target(points: Tensor, size: int, sigma: float) -> Tensor:
+def heatmap_target(points: Tensor, size: int, sigma: float) -> Tensor:
     """Truncated Gaussians around points, as probabilities over pixels.
 
     Args:

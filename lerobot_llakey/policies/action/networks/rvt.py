@@ -24,7 +24,7 @@ class RvtNetwork(ViewNetwork):
     """Patches through the joint transformer, upsampled to full resolution beside the early pixel features.
 
     Features are those of every pixel, the summary is the maximum of each view's tokens: with the former weighted by
-    the heat map they are RVT's global features. As published: 5 views of 220 pixels, patch 11, 8 layers of width 512
+    the heatmap they are RVT's global features. As published: 5 views of 220 pixels, patch 11, 8 layers of width 512
     with 8 heads.
 
     Args:
@@ -58,7 +58,7 @@ class RvtNetwork(ViewNetwork):
         tokens = self.transformer.channels
         kernel = patch | 1  # as wide as a patch, and odd
         self.before_up, self.after_up = _convolution(tokens, hidden, kernel), _convolution(hidden, hidden, kernel)
-        self.join, self.heat = _convolution(2 * hidden, hidden, 3), _convolution(hidden, 1, 3)
+        self.join, self.heatmap = _convolution(2 * hidden, hidden, 3), _convolution(hidden, 1, 3)
         self.feature_width, self.summary_width = hidden, views * tokens
 
     def forward(
@@ -74,6 +74,6 @@ class RvtNetwork(ViewNetwork):
         maps = F.leaky_relu(self.after_up(maps), SLOPE)
         maps = torch.cat((maps, early.flatten(0, 1).permute(0, 3, 1, 2).to(maps.dtype)), dim=1)
         maps = F.leaky_relu(self.join(maps), SLOPE)
-        heat = self.heat(maps).squeeze(1).unflatten(0, images.shape[:2])
+        heatmap = self.heatmap(maps).squeeze(1).unflatten(0, images.shape[:2])
         features = maps.permute(0, 2, 3, 1).unflatten(0, images.shape[:2])
-        return ViewOutput(heat.float(), features, summary)
+        return ViewOutput(heatmap.float(), features, summary)

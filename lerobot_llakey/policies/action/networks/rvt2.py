@@ -15,7 +15,7 @@ from lerobot_llakey.policies.action.networks.view_network import ViewNetwork, Vi
 
 
 class Rvt2Network(ViewNetwork):
-    """Patches through the joint transformer, whose tokens are the features; the heat map is a convex upsampling.
+    """Patches through the joint transformer, whose tokens are the features; the heatmap is a convex upsampling.
 
     There are no layers at full resolution. As published: 3 views of 224 pixels, patch 14, 8 layers of width 512 with 8
     heads, two stages. Arguments as for :class:`rvt.RvtNetwork`.
@@ -39,7 +39,7 @@ class Rvt2Network(ViewNetwork):
         self.patches_activation = GroupedActivation(PATCH_CHANNELS)
         self.transformer = JointTransformer(views, size // patch, condition, text_width, width, layers, heads, dropout)
         tokens = self.transformer.channels
-        self.heat = ConvexUpsampling(tokens, patch)
+        self.heatmap = ConvexUpsampling(tokens, patch)
         self.feature_width, self.summary_width = tokens, views * tokens
 
     def forward(
@@ -48,5 +48,5 @@ class Rvt2Network(ViewNetwork):
         patches = self.patches_activation(self.patches(images).flatten(0, 1)).unflatten(0, images.shape[:2])
         tokens = self.transformer(patches, condition, words, padding)
         summary = tokens.flatten(2, 3).amax(dim=2).flatten(1)
-        heat = self.heat(tokens.flatten(0, 1).permute(0, 3, 1, 2)).unflatten(0, images.shape[:2])
-        return ViewOutput(heat.float(), tokens, summary)
+        heatmap = self.heatmap(tokens.flatten(0, 1).permute(0, 3, 1, 2)).unflatten(0, images.shape[:2])
+        return ViewOutput(heatmap.float(), tokens, summary)

@@ -1,4 +1,4 @@
-"""The network of our own design, ``small``: rendered views and words to a heat map for each view.
+"""The network of our own design, ``small``: rendered views and words to a heatmap for each view.
 
 A convolutional U-net that shares its weights between the views, with a transformer over the coarsest tokens of all
 views and the words (RVT's joint attention). Every block is modulated by the text: which thing is meant then needs no
@@ -17,7 +17,7 @@ from lerobot_llakey.policies.action.networks.view_network import ViewNetwork, Vi
 
 
 class MultiViewNetwork(ViewNetwork):
-    """Views (B, V, S, S, C) to heat maps.
+    """Views (B, V, S, S, C) to heatmaps.
 
     Args:
         channels: of a rendered pixel that depend on the scene alone.
@@ -60,7 +60,7 @@ class MultiViewNetwork(ViewNetwork):
         self.from_middle, self.fine_up = Up(middle, fine), ConvBlock(fine, condition)
         self.head_norm, self.head_film = nn.LayerNorm(fine), Film(condition, fine)
         self.head = Up(fine, 1, 4)
-        # A short way from colour to heat: which colour a word means is learned through it within a few hundred steps.
+        # A short way from colour to score: which colour a word means is learned through it within a few hundred steps.
         self.match_head = nn.Linear(matches, 1)
         self.feature_width, self.summary_width = fine, coarse
 
@@ -91,5 +91,5 @@ class MultiViewNetwork(ViewNetwork):
         fine = self.head_norm(fine)
         # In float32 always: places are read off the logits to a part of a pixel, and it costs next to nothing.
         with torch.autocast(fine.device.type, enabled=False):
-            heat = self.head(self.head_film(fine.float(), condition.float())) + self.match_head(matches.float())
-        return ViewOutput(heat.squeeze(-1), fine, summary)
+            heatmap = self.head(self.head_film(fine.float(), condition.float())) + self.match_head(matches.float())
+        return ViewOutput(heatmap.squeeze(-1), fine, summary)

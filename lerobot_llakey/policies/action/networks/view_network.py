@@ -12,12 +12,12 @@ class ViewOutput:
     """What a stage sees.
 
     Attributes:
-        heat: (B, V, S, S) float32 logits over the pixels of each view.
+        heatmap: (B, V, S, S) float32 logits over the pixels of each view.
         features: (B, V, h, w, C) features of the views' places, at the design's own resolution.
         summary: (B, D) features of the whole scene.
     """
 
-    heat: Tensor
+    heatmap: Tensor
     features: Tensor
     summary: Tensor
 

@@ -8,7 +8,7 @@ import torch
 from lerobot_llakey import geometry
 from lerobot_llakey.policies.action.heads.losses import (
     flag_loss,
-    heat_loss,
+    heatmap_loss,
     share_right,
     share_turned_less,
     share_within,
@@ -18,26 +18,26 @@ from lerobot_llakey.policies.action.networks.view_network import ViewOutput
 VIEWS = ("top", "front", "side")
 
 
-def output(heat: torch.Tensor) -> ViewOutput:
-    return ViewOutput(heat, torch.zeros(0), torch.zeros(0))
+def output(heatmap: torch.Tensor) -> ViewOutput:
+    return ViewOutput(heatmap, torch.zeros(0), torch.zeros(0))
 
 
 def test_the_heat_loss_is_the_cross_entropy_over_pixels() -> None:
-    even = heat_loss(output(torch.zeros(2, 3, 8, 8)), torch.rand(2, 3), VIEWS, 1.0)
+    even = heatmap_loss(output(torch.zeros(2, 3, 8, 8)), torch.rand(2, 3), VIEWS, 1.0)
     assert torch.allclose(even, torch.full((2,), math.log(64)))
-    heat = torch.zeros(1, 3, 8, 8)
-    heat[0, 0, 2, 5] = heat[0, 1, 7, 5] = heat[0, 2, 7, 2] = 40.0
+    heatmap = torch.zeros(1, 3, 8, 8)
+    heatmap[0, 0, 2, 5] = heatmap[0, 1, 7, 5] = heatmap[0, 2, 7, 2] = 40.0
     point = torch.tensor([[2.5, 5.5, 7.5]]) / 8
-    assert heat_loss(output(heat), point, VIEWS, 0.1).item() == pytest.approx(0.0, abs=1e-5)
-    assert heat_loss(output(heat), point.flip(1), VIEWS, 0.1).item() > 20
+    assert heatmap_loss(output(heatmap), point, VIEWS, 0.1).item() == pytest.approx(0.0, abs=1e-5)
+    assert heatmap_loss(output(heatmap), point.flip(1), VIEWS, 0.1).item() > 20
 
 
 def test_hits_are_counted_by_view() -> None:
-    heat = torch.zeros(1, 3, 8, 8)
-    heat[0, 0, 2, 5] = heat[0, 1, 7, 5] = heat[0, 2, 7, 5] = 1.0
+    heatmap = torch.zeros(1, 3, 8, 8)
+    heatmap[0, 0, 2, 5] = heatmap[0, 1, 7, 5] = heatmap[0, 2, 7, 5] = 1.0
     point = torch.tensor([[2.5, 5.5, 7.5]]) / 8
-    assert share_within(output(heat), point, VIEWS, 0.01) == pytest.approx(2 / 3)
-    assert share_within(output(heat), point, VIEWS, 0.5) == 1.0
+    assert share_within(output(heatmap), point, VIEWS, 0.01) == pytest.approx(2 / 3)
+    assert share_within(output(heatmap), point, VIEWS, 0.5) == 1.0
 
 
 def test_flags() -> None:

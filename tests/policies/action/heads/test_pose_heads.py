@@ -9,7 +9,7 @@ from torch import Tensor
 
 from lerobot_llakey import geometry
 from lerobot_llakey.policies.action.heads.pose_heads import BinsHead, PoseHead, bins_loss, bins_quaternion, shift_bins
-from lerobot_llakey.policies.action.heads.rotation_in_turn import BinsInTurnHead
+from lerobot_llakey.policies.action.heads.rotation_sequential import SequentialBinsHead
 from lerobot_llakey.policies.action.heads.rotation_sixd import SixDHead
 from lerobot_llakey.policies.action.heads.targets import quaternion_to_angles
 
@@ -20,7 +20,7 @@ def make_head(kind: str, frames: tuple[str, ...] = ("view", "hand", "base")) -> 
     torch.manual_seed(0)
     if kind == "sixd":
         return SixDHead(INPUTS, 16, frames)
-    return (BinsHead if kind == "bins" else BinsInTurnHead)(INPUTS, 72, 16, frames)
+    return (BinsHead if kind == "bins" else SequentialBinsHead)(INPUTS, 72, 16, frames)
 
 
 def quaternions(count: int) -> Tensor:
@@ -37,7 +37,7 @@ def degrees_between(first: Tensor, second: Tensor) -> Tensor:
     return torch.rad2deg(2 * cosine.arccos())
 
 
-KINDS = pytest.mark.parametrize("kind", ["bins", "bins_in_turn", "sixd"])
+KINDS = pytest.mark.parametrize("kind", ["bins", "sequential_bins", "sixd"])
 
 
 @KINDS

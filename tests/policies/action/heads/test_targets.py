@@ -10,7 +10,7 @@ from lerobot_llakey.policies.action.heads.targets import (
     angle_bins,
     angles_to_quaternion,
     bin_angles,
-    heat_target,
+    heatmap_target,
     quaternion_to_angles,
     rotation_target,
     shrinking_sigma,
@@ -60,19 +60,19 @@ def test_rotations_survive_binning_to_a_few_degrees():
 
 def test_heat_is_a_truncated_distribution_around_the_point():
     point = torch.tensor([[0.31, 0.72]])
-    heat = heat_target(point, 50, 2.0)
-    assert heat.sum().item() == pytest.approx(1.0, abs=1e-5)
+    heatmap = heatmap_target(point, 50, 2.0)
+    assert heatmap.sum().item() == pytest.approx(1.0, abs=1e-5)
     axis = (torch.arange(50) + 0.5) / 50
-    mean = torch.stack(((heat[0].sum(1) * axis).sum(), (heat[0].sum(0) * axis).sum()))
+    mean = torch.stack(((heatmap[0].sum(1) * axis).sum(), (heatmap[0].sum(0) * axis).sum()))
     assert torch.allclose(mean, point[0], atol=2e-3)
-    assert (heat > 0).sum() <= 13 * 13
-    assert (heat > 0).sum() >= 11 * 11
+    assert (heatmap > 0).sum() <= 13 * 13
+    assert (heatmap > 0).sum() >= 11 * 11
 
 
 def test_heat_narrows_with_sigma_and_stays_on_the_map_outside_it():
-    sharp, wide = heat_target(torch.tensor([0.5, 0.5]), 32, 0.5), heat_target(torch.tensor([0.5, 0.5]), 32, 3.0)
+    sharp, wide = heatmap_target(torch.tensor([0.5, 0.5]), 32, 0.5), heatmap_target(torch.tensor([0.5, 0.5]), 32, 3.0)
     assert sharp.max() > 5 * wide.max()
-    outside = heat_target(torch.tensor([-3.0, 0.5]), 32, 1.0)
+    outside = heatmap_target(torch.tensor([-3.0, 0.5]), 32, 1.0)
     assert outside.sum().item() == pytest.approx(1.0, abs=1e-5)
     assert outside[0].sum() > 0.4
 

@@ -20,19 +20,19 @@ def inputs() -> list[torch.Tensor | None]:
 
 def test_shapes() -> None:
     output = make()(*inputs())
-    assert output.heat.shape == (1, 2, 10, 10) and output.heat.dtype == torch.float32
+    assert output.heatmap.shape == (1, 2, 10, 10) and output.heatmap.dtype == torch.float32
     assert output.features.shape == (1, 2, 10, 10, 64)
     assert output.summary.shape == (1, 2 * 128)
 
 
 def test_one_pixel_is_seen_at_full_resolution() -> None:
-    # Without the transformer's part, only the skip is left: a pixel then changes the heat of the 5x5 around it alone.
+    # Without the transformer only the skip is left: a pixel then changes the heatmap of the 5x5 around it alone.
     network, given = make(), inputs()
     torch.nn.init.zeros_(network.before_up.weight)
     torch.nn.init.zeros_(network.before_up.bias)
-    before = network(*given).heat
+    before = network(*given).heatmap
     given[0][0, 1, 6, 3] += 1.0
-    changed = (network(*given).heat - before).abs() > 1e-7
+    changed = (network(*given).heatmap - before).abs() > 1e-7
     assert not changed[0, 0].any()
     rows, columns = changed[0, 1].nonzero().unbind(1)
     assert (rows.min(), rows.max(), columns.min(), columns.max()) == (4, 8, 1, 5)

@@ -23,7 +23,7 @@ def test_shapes() -> None:
     tokens = []
     network.transformer.register_forward_hook(lambda module, arguments, result: tokens.append(result))
     output = network(*given)
-    assert output.heat.shape == (2, 2, 12, 12) and output.heat.dtype == torch.float32
+    assert output.heatmap.shape == (2, 2, 12, 12) and output.heatmap.dtype == torch.float32
     assert output.features.shape == (2, 2, 3, 3, 128) and torch.equal(output.features, tokens[0])
     assert torch.equal(output.summary.view(2, 2, 128), tokens[0].amax(dim=(2, 3)))
 
@@ -41,7 +41,7 @@ def test_patches_are_cut_as_the_views_lie() -> None:
 
 def test_the_words_reach_the_heat() -> None:
     network, given = make(), inputs()
-    before = network(*given).heat
+    before = network(*given).heatmap
     given[3][1] += 1.0
-    after = network(*given).heat
+    after = network(*given).heatmap
     assert torch.allclose(before[0], after[0], atol=1e-6) and not torch.allclose(before[1], after[1], atol=1e-6)

@@ -23,32 +23,32 @@ def inputs() -> Iterator[list[Tensor]]:
 
 def test_shapes(network: MultiViewNetwork, inputs: list[Tensor]) -> None:
     output = network(*inputs)
-    assert output.heat.shape == (2, 3, 32, 32) and output.heat.dtype == torch.float32
+    assert output.heatmap.shape == (2, 3, 32, 32) and output.heatmap.dtype == torch.float32
     assert output.features.shape == (2, 3, 8, 8, 8)
     assert output.summary.shape == (2, 16)
 
 
 def test_padded_words_change_nothing(network: MultiViewNetwork, inputs: list[Tensor]) -> None:
-    before = network(*inputs).heat
+    before = network(*inputs).heatmap
     inputs[3][:, 2:] = 30.0
-    assert torch.allclose(before, network(*inputs).heat, atol=1e-5)
+    assert torch.allclose(before, network(*inputs).heatmap, atol=1e-5)
     inputs[3][:, 0] += 1.0
-    assert not torch.allclose(before, network(*inputs).heat, atol=1e-5)
+    assert not torch.allclose(before, network(*inputs).heatmap, atol=1e-5)
 
 
 def test_views_see_each_other(network: MultiViewNetwork, inputs: list[Tensor]) -> None:
-    before = network(*inputs).heat
+    before = network(*inputs).heatmap
     inputs[0][:, 2] += 1.0
-    assert not torch.allclose(before[:, 0], network(*inputs).heat[:, 0], atol=1e-5)
+    assert not torch.allclose(before[:, 0], network(*inputs).heatmap[:, 0], atol=1e-5)
 
 
 def test_rows_do_not(network: MultiViewNetwork, inputs: list[Tensor]) -> None:
-    before = network(*inputs).heat
+    before = network(*inputs).heatmap
     inputs[0][1] += 1.0
-    assert torch.allclose(before[0], network(*inputs).heat[0], atol=1e-5)
+    assert torch.allclose(before[0], network(*inputs).heatmap[0], atol=1e-5)
 
 
 def test_a_fitting_colour_is_a_short_way_to_heat(network: MultiViewNetwork, inputs: list[Tensor]) -> None:
-    before = network(*inputs).heat
+    before = network(*inputs).heatmap
     network.match_head.bias.data += 2.0
-    assert torch.allclose(network(*inputs).heat, before + 2.0, atol=1e-5)
+    assert torch.allclose(network(*inputs).heatmap, before + 2.0, atol=1e-5)

@@ -1,4 +1,4 @@
-"""What every design's network promises: heat maps at the views' own size, and features as wide as it says."""
+"""What every design's network promises: heatmaps at the views' own size, and features as wide as it says."""
 
 import pytest
 import torch
@@ -40,9 +40,9 @@ def test_outputs_are_as_wide_as_the_network_says(design: str, bfloat16: bool) ->
     config, network = network_of(design)
     with torch.autocast("cpu", dtype=torch.bfloat16, enabled=bfloat16):
         output = network(*inputs_of(config))
-    assert output.heat.shape == (ROWS, len(config.views), SIZE, SIZE)
-    assert output.heat.dtype == torch.float32, "the softmax over pixels needs it, whatever the network computes in"
-    assert output.features.shape[:2] == output.heat.shape[:2]
+    assert output.heatmap.shape == (ROWS, len(config.views), SIZE, SIZE)
+    assert output.heatmap.dtype == torch.float32, "the softmax over pixels needs it, whatever the network computes in"
+    assert output.features.shape[:2] == output.heatmap.shape[:2]
     assert output.features.shape[2] == output.features.shape[3]
     assert output.features.shape[-1] == network.feature_width
     assert output.summary.shape == (ROWS, network.summary_width)
@@ -59,7 +59,7 @@ def test_rows_are_seen_apart_and_padding_is_not_read(design: str) -> None:
     words[:, 2] = 30.0
     images[1] += 1.0
     after = network(*inputs)
-    for name in ("heat", "features", "summary"):
+    for name in ("heatmap", "features", "summary"):
         assert torch.allclose(getattr(before, name)[0], getattr(after, name)[0], atol=1e-5), name
         assert not torch.allclose(getattr(before, name)[1], getattr(after, name)[1], atol=1e-3), name
 

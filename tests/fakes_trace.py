@@ -5,18 +5,18 @@ from __future__ import annotations
 import torch
 
 from lerobot_llakey import geometry, schema
-from lerobot_llakey.inspection.trace import Look, StageLook
+from lerobot_llakey.inspection.trace import StageTrace, Trace
 
 
-def a_look(views: tuple[str, ...] = ("top", "front", "side"), stages: int = 2, off: float = 0.1) -> Look:
+def a_trace(views: tuple[str, ...] = ("top", "front", "side"), stages: int = 2, off: float = 0.1) -> Trace:
     """The hand is recorded at (0.5, 0, 0.2), pointing down, and predicted ``off`` metres along y from there."""
     generator = torch.Generator().manual_seed(0)
     low, edges = torch.tensor(schema.WORKSPACE).T[0], torch.ones(3)
-    images, heat = torch.zeros(len(views), 16, 16, 3), torch.zeros(len(views), 16, 16)
-    heat[:, 4, 4] = 1.0
-    looks = [StageLook(name, views, images, heat, low, edges) for name in ("coarse", "fine")[:stages]]
+    images, heatmap = torch.zeros(len(views), 16, 16, 3), torch.zeros(len(views), 16, 16)
+    heatmap[:, 4, 4] = 1.0
+    stages = [StageTrace(name, views, images, heatmap, low, edges) for name in ("coarse", "fine")[:stages]]
     tail = [*geometry.top_down(), 1.0, 0.0]
     true, predicted = torch.tensor([0.5, 0.0, 0.2, *tail]), torch.tensor([0.5, off, 0.2, *tail])
     cloud = torch.rand(500, 3, generator=generator) * torch.tensor([0.5, 0.5, 0.1])
     cameras = {name: torch.full((16, 16, 3), 0.5) for name in schema.CAMERAS}
-    return Look("open the drawer", "grasp the handle", cameras, cloud, torch.zeros(500, 3), looks, predicted, true)
+    return Trace("open the drawer", "grasp the handle", cameras, cloud, torch.zeros(500, 3), stages, predicted, true)

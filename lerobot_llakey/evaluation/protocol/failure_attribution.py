@@ -1,4 +1,4 @@
-"""Which level a failure is put down to: the words or the actions (per-level blame)."""
+"""Which level a failure is put down to: the words or the actions (per-level attribution)."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def first_difference(episode: Episode) -> int | None:
     return None
 
 
-def find_blame(env: LlakeySimEnv, episode: Episode, guided: Callable[[], Actor]) -> tuple[str, int | None]:
+def attribute_failure(env: LlakeySimEnv, episode: Episode, guided: Callable[[], Actor]) -> tuple[str, int | None]:
     """Run a failed episode again, with the oracle's instructions from the first wrong one on.
 
     Up to there it is the same episode: the same scene and the same actions. Where that is solved, the words were wrong;

@@ -11,8 +11,8 @@ import numpy as np
 
 from lerobot_llakey import schema
 from lerobot_llakey.drive.driven_step import DrivenStep
-from lerobot_llakey.drive.film import FPS, StreamedFilm
 from lerobot_llakey.drive.pilot import ROW, Pilot
+from lerobot_llakey.drive.streamed_video import FPS, StreamedVideo
 from lerobot_llakey.policies.hierarchy.decision import Choice
 from lerobot_llakey.sim.env import LlakeySimEnv
 
@@ -21,7 +21,7 @@ VIEWER = "viewer"
 STEPS_FILE, VIDEO_FILE = "steps.jsonl", "video.mp4"
 
 
-class Ride:
+class DrivenEpisode:
     """Episodes one after the other, each with its own folder: ``steps.jsonl``, written as it goes on, and a video.
 
     Everything happens in the thread that calls, which must always be the same: MuJoCo's OpenGL context belongs to it.
@@ -49,7 +49,7 @@ class Ride:
     ) -> None:
         self._pilot, self._make_env, self._output_dir, self._on_frame = pilot, make_env, output_dir, on_frame
         self._env: LlakeySimEnv | None = None
-        self._film: StreamedFilm | None = None
+        self._video: StreamedVideo | None = None
         self._observation: dict[str, Any] = {}
         self._instruction, self._seed = "", 0
         self.folder, self.own_goal = output_dir, ""
@@ -80,9 +80,9 @@ class Ride:
         self._seed, self._instruction = seed, ""
         self.own_goal, self.success, self.over = env.task_description, bool(info["is_success"]), False
         self.folder = _new_folder(self._output_dir, f"{task}_{seed:03d}")
-        self._film = StreamedFilm(self.folder / VIDEO_FILE)
+        self._video = StreamedVideo(self.folder / VIDEO_FILE)
         self._look()
-        self._film.add(self.pictures[VIEWER], self.goal, "")
+        self._video.add(self.pictures[VIEWER], self.goal, "")
         env.watch(self._take, FPS)
 
     def propose(self) -> Choice:
@@ -108,12 +108,12 @@ class Ride:
         Returns:
             Its video; None if there was no episode.
         """
-        if self._film is None or self._env is None:
+        if self._video is None or self._env is None:
             return None
         self._env.watch(None)
-        film, self._film = self._film, None
+        video, self._video = self._video, None
         outcome = self.success and self.goal == self.own_goal
-        return film.finish(self.pictures[VIEWER], self.goal, self._instruction, outcome)
+        return video.finish(self.pictures[VIEWER], self.goal, self._instruction, outcome)
 
     def close(self) -> None:
         """End the episode and free the environment."""
@@ -128,8 +128,8 @@ class Ride:
         self.pictures = {VIEWER: self._env.render()} | views
 
     def _take(self, frame: np.ndarray) -> None:
-        if self._film is not None:
-            self._film.add(frame, self.goal, self._instruction)
+        if self._video is not None:
+            self._video.add(frame, self.goal, self._instruction)
         self._on_frame(frame)
 
 

@@ -1,4 +1,4 @@
-"""Reads films back, for tests of those who make them."""
+"""Reads videos back, for tests of those who make them."""
 
 from pathlib import Path
 

@@ -14,7 +14,7 @@ FPS = 10
 _HOLD_SECONDS = 1.5
 
 
-class StreamedFilm:
+class StreamedVideo:
     """Encodes frames as they come, with the goal and the instruction on them.
 
     The file has a name with a leading dot until it is whole.

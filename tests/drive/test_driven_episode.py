@@ -5,14 +5,14 @@ from pathlib import Path
 
 import numpy as np
 
+from lerobot_llakey.drive.driven_episode import DrivenEpisode
 from lerobot_llakey.drive.pilot import ROW, Pilot
-from lerobot_llakey.drive.ride import Ride
 from lerobot_llakey.sim.env import LlakeySimEnv
 
 
 def test_episodes_follow_one_another(pilot: Pilot, make_env: Callable[[str], LlakeySimEnv], tmp_path: Path) -> None:
     frames: list[np.ndarray] = []
-    ride = Ride(pilot, make_env, tmp_path, frames.append)
+    ride = DrivenEpisode(pilot, make_env, tmp_path, frames.append)
     assert ride.end() is None
     ride.begin("open_drawer", 3)
     first = ride.folder

@@ -1,7 +1,7 @@
 import pytest
 
 from lerobot_llakey.diagnostics.bench_policy import against
-from lerobot_llakey.diagnostics.bench_turns import Timing, in_turns, precision
+from lerobot_llakey.diagnostics.bench_timing import Timing, in_turns, precision
 from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
 from lerobot_llakey.policies.command.modeling_llakey_command import LlakeyCommandPolicy
 

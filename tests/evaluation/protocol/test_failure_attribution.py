@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import pytest
 
 from fakes_protocol import Hands, small_env
-from lerobot_llakey.evaluation.protocol.blame import find_blame, first_difference
+from lerobot_llakey.evaluation.protocol.failure_attribution import attribute_failure, first_difference
 from lerobot_llakey.evaluation.protocol.records import ACTION, COMMAND
 from lerobot_llakey.rollout.episode import Episode, run_episode
 from lerobot_llakey.sim.env import LlakeySimEnv
@@ -25,18 +25,18 @@ def _never() -> Hands:
 def test_wrong_words_are_found(env: LlakeySimEnv) -> None:
     failure = run_episode(env, Hands(wrong_words=range(1, 99)), 0)
     assert not failure.success
-    assert find_blame(env, failure, Hands) == (COMMAND, 1)
+    assert attribute_failure(env, failure, Hands) == (COMMAND, 1)
 
 
 def test_wrong_hands_are_found_without_another_run(env: LlakeySimEnv) -> None:
     failure = run_episode(env, Hands(wrong_hands=True), 0)
     assert not failure.success and failure.instructions == failure.oracle
-    assert find_blame(env, failure, _never) == (ACTION, None)
+    assert attribute_failure(env, failure, _never) == (ACTION, None)
 
 
 def test_hands_that_fail_with_the_right_words_too_are_to_blame(env: LlakeySimEnv) -> None:
     failure = run_episode(env, Hands(wrong_words=range(2, 99), wrong_hands=True), 0)
-    assert find_blame(env, failure, lambda: Hands(wrong_hands=True)) == (ACTION, 2)
+    assert attribute_failure(env, failure, lambda: Hands(wrong_hands=True)) == (ACTION, 2)
 
 
 def test_up_to_the_first_wrong_word_it_is_the_same_episode(env: LlakeySimEnv) -> None:
@@ -56,7 +56,7 @@ def test_up_to_the_first_wrong_word_it_is_the_same_episode(env: LlakeySimEnv) ->
             return super().act(env, observation)
 
     run_episode(env, _First(wrong_words=range(2, 99)), 0)
-    assert find_blame(env, failure, _Watcher) == (COMMAND, 2)
+    assert attribute_failure(env, failure, _Watcher) == (COMMAND, 2)
     assert seen[0] == before[2]
 
 

@@ -1,11 +1,11 @@
-"""Which episodes are filmed, and where their videos lie. What is filmed is tested where tables are run."""
+"""Which episodes are recorded, and where their videos lie. What is recorded is tested where tables are run."""
 
 from dataclasses import replace
 from pathlib import Path
 
 from fakes_records import PLAN, ROWS, made_up_records
-from lerobot_llakey.evaluation.protocol.films import choose, film_path
 from lerobot_llakey.evaluation.protocol.plan import Plan
+from lerobot_llakey.evaluation.protocol.videos import choose, video_path
 
 
 def test_the_first_of_each_outcome_are_chosen() -> None:
@@ -27,9 +27,9 @@ def test_episodes_that_no_event_struck_are_not_worth_seeing() -> None:
 
 def test_a_video_is_named_after_what_it_shows(tmp_path: Path) -> None:
     row, record = ROWS[0], made_up_records(PLAN)[0]
-    name = film_path(tmp_path, row, record).relative_to(tmp_path)
-    assert name == Path(row.slug) / f"open_drawer_0_00_failure_{record.blame}.mp4"
-    solved = replace(record, episode=replace(record.episode, success=True), blame="")
-    assert film_path(tmp_path, row, solved).name == "open_drawer_0_00_success.mp4"
+    name = video_path(tmp_path, row, record).relative_to(tmp_path)
+    assert name == Path(row.slug) / f"open_drawer_0_00_failure_{record.attribution}.mp4"
+    solved = replace(record, episode=replace(record.episode, success=True), attribution="")
+    assert video_path(tmp_path, row, solved).name == "open_drawer_0_00_success.mp4"
     struck = replace(solved, trial=replace(record.trial, disturbance="drop"))
-    assert film_path(tmp_path, row, struck).name == "open_drawer_drop_0_00_success.mp4"
+    assert video_path(tmp_path, row, struck).name == "open_drawer_drop_0_00_success.mp4"

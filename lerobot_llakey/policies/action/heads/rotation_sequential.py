@@ -33,7 +33,7 @@ def _perceptron(inputs: int, width: int, outputs: int) -> nn.Sequential:
     )
 
 
-class BinsInTurnHead(PoseHead):
+class SequentialBinsHead(PoseHead):
     """Three angles in bins, each told those before it: the true ones in training, the likeliest ones after.
 
     A grasp that fits in two ways then gets one of them, never an angle of each. RVT-2 adds a positional code of the

@@ -12,7 +12,7 @@ from lerobot_llakey.evaluation.protocol.rows import Row
 from lerobot_llakey.evaluation.protocol.work import make_env, named, single_threaded
 from lerobot_llakey.rollout.episode import run_episode
 from lerobot_llakey.rollout.replay import Replay
-from lerobot_llakey.rollout.video import Film
+from lerobot_llakey.rollout.video import EpisodeVideo
 
 
 def choose(records: Iterable[Record], count: int) -> list[Record]:
@@ -31,15 +31,17 @@ def choose(records: Iterable[Record], count: int) -> list[Record]:
     return chosen
 
 
-def film_path(folder: Path, row: Row, record: Record) -> Path:
+def video_path(folder: Path, row: Row, record: Record) -> Path:
     """Where the video of an episode lies: in its row's folder, named after the episode and its outcome."""
     trial: Trial = record.trial
-    outcome = "success" if record.episode.success else f"failure_{record.blame}" if record.blame else "failure"
+    outcome = (
+        "success" if record.episode.success else f"failure_{record.attribution}" if record.attribution else "failure"
+    )
     parts = (trial.task, trial.disturbance, f"{trial.repeat}_{trial.episode:02d}", outcome)
     return folder / row.slug / f"{'_'.join(filter(None, parts))}.mp4"
 
 
-def make_film(plan: Plan, record: Record, path: Path, detailed: bool) -> Path:
+def make_video(plan: Plan, record: Record, path: Path, detailed: bool) -> Path:
     """Write the video of a recorded episode.
 
     Args:
@@ -56,13 +58,13 @@ def make_film(plan: Plan, record: Record, path: Path, detailed: bool) -> Path:
     """
     with named(record.trial), single_threaded():
         env = make_env(record.trial.task, record.trial.disturbance, plan.split, plan.max_steps, detailed)
-        film, recorded = Film(), record.episode
-        again = run_episode(env, Replay(recorded.actions, recorded.instructions), recorded.seed, [film])
+        video, recorded = EpisodeVideo(), record.episode
+        again = run_episode(env, Replay(recorded.actions, recorded.instructions), recorded.seed, [video])
         if (again.success, again.failures) != (recorded.success, recorded.failures):
             raise LlakeyError(
                 f"Expected {len(recorded.actions)} actions to end as recorded (success: {recorded.success}), got "
                 f"success: {again.success} after {len(again.actions)}; replay with the simulator that recorded them."
             )
-        film.save(path)
+        video.save(path)
         env.close()
     return path

@@ -4,22 +4,22 @@ import torch
 from torch import Tensor
 
 from lerobot_llakey import geometry
-from lerobot_llakey.policies.action.heads.rotation_in_turn import BinsInTurnHead
+from lerobot_llakey.policies.action.heads.rotation_sequential import SequentialBinsHead
 from lerobot_llakey.policies.action.heads.targets import angles_to_quaternion, bin_angles
 
 ABOUT_Z, ABOUT_Y, ABOUT_X = 0, 1, 2
 
 
-def make_head() -> BinsInTurnHead:
+def make_head() -> SequentialBinsHead:
     torch.manual_seed(0)
-    return BinsInTurnHead(10, 72, 32, ("view",))
+    return SequentialBinsHead(10, 72, 32, ("view",))
 
 
 def truth(*bins: int) -> Tensor:
     return angles_to_quaternion(bin_angles(torch.tensor([bins]), 72))
 
 
-def logits(head: BinsInTurnHead, true: Tensor | None) -> Tensor:
+def logits(head: SequentialBinsHead, true: Tensor | None) -> Tensor:
     features = torch.linspace(-1.0, 1.0, 10)[None]
     return head(features, torch.zeros(1, 3), torch.zeros(1), true).rotation[0]
 
@@ -48,7 +48,7 @@ def test_predicting_feeds_back_the_likeliest_bins() -> None:
 
 def test_one_of_two_fitting_rotations_is_chosen_whole() -> None:
     # Half of the demonstrations grasp one way round and half the other: angles apart would mix them.
-    head = BinsInTurnHead(4, 72, 32, ("view",))
+    head = SequentialBinsHead(4, 72, 32, ("view",))
     ways = torch.cat((truth(0, 0, 0), truth(18, 4, 9)))
     features = torch.ones(2, 4)
     optimiser = torch.optim.Adam(head.parameters(), lr=1e-2)

@@ -15,11 +15,11 @@ from lerobot_llakey import schema
 
 _EDGES = (0.01, 0.05, 0.20)
 """Metres."""
-WAYS_LEFT = ("below 1 cm", "1 to 5 cm", "5 to 20 cm", "above 20 cm")
+REMAINING_DISTANCES = ("below 1 cm", "1 to 5 cm", "5 to 20 cm", "above 20 cm")
 
 
-def ways_left(batch: dict[str, Any], hand: Sequence[int]) -> list[str]:
-    """For each frame of a batch how far its hand is from the keyframe it moves to, as one of :data:`WAYS_LEFT`.
+def remaining_distances(batch: dict[str, Any], hand: Sequence[int]) -> list[str]:
+    """How far each frame's hand is from the keyframe it moves to, as one of :data:`REMAINING_DISTANCES`.
 
     Args:
         batch: as a dataset gives it, in the data contract; without state or action nothing is known ("" each).
@@ -29,4 +29,6 @@ def ways_left(batch: dict[str, Any], hand: Sequence[int]) -> list[str]:
         return [""] * len(batch[schema.INSTRUCTION])
     place = batch[schema.STATE][:, list(hand[:3])].float()
     distances = torch.linalg.vector_norm(place - batch[schema.ACTION][:, schema.POSITION].float(), dim=1)
-    return [WAYS_LEFT[index] for index in torch.bucketize(distances, torch.tensor(_EDGES), right=True).tolist()]
+    return [
+        REMAINING_DISTANCES[index] for index in torch.bucketize(distances, torch.tensor(_EDGES), right=True).tolist()
+    ]

@@ -1,21 +1,21 @@
-"""A film is written as it comes, and has its name only when it is whole."""
+"""A video is written as it comes, and has its name only when it is whole."""
 
 from pathlib import Path
 
 import numpy as np
 
-from fakes_films import frames_of
-from lerobot_llakey.drive.film import FPS, StreamedFilm
+from fakes_videos import frames_of
+from lerobot_llakey.drive.streamed_video import FPS, StreamedVideo
 
 
 def test_frames_words_and_outcome_are_on_it(tmp_path: Path) -> None:
     path = tmp_path / "one.mp4"
-    film = StreamedFilm(path)
+    video = StreamedVideo(path)
     frame = np.full((121, 161, 3), 120, np.uint8)  # odd sides, which the codec cannot have
     for _ in range(5):
-        film.add(frame, "open the drawer", "grasp the handle")
+        video.add(frame, "open the drawer", "grasp the handle")
     assert not path.exists()
-    assert film.finish(frame, "open the drawer", "grasp the handle", True) == path
+    assert video.finish(frame, "open the drawer", "grasp the handle", True) == path
     frames = frames_of(path)
     assert len(frames) == 5 + round(1.5 * FPS) and frames[0].shape == (120, 160, 3)
     assert [file.name for file in tmp_path.iterdir()] == ["one.mp4"]
