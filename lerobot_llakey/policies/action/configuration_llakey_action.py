@@ -43,7 +43,7 @@ class LlakeyActionConfig(RobotConfig):
         rotation: "bins" predicts the three angles apart, "sequential_bins" about x, then y, then z, each knowing those
             before it (RVT-2), "sixd" a continuous rotation (Zhou et al. 2019).
         rotation_bins: bins for each of the three angles over a full turn; 72 are 5 degrees each.
-        rotation_frames: what rotations are told relative to, out of "view", "hand" and "base"; RVT's know "view" alone.
+        rotation_frames: frames that vote for the rotation, out of "view", "hand" and "base"; RVT's know "view" alone.
         text_model: a text model on the Hub or in a folder, frozen, whose features are kept for each text; None for
             the word-level encoder trained along, with text_width, text_layers, text_buckets and text_length (words).
         colour_queries: "small": text-conditioned colour channels added to every rendered pixel.

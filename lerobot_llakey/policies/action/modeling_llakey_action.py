@@ -51,10 +51,10 @@ CONDITION = 128
 class LlakeyActionPolicy(CheckedWeights, PreTrainedPolicy):
     """An RVT-like multi-view policy in one or two stages (LLaKey section III-D; RVT; RVT-2's zoom).
 
-    The first stage looks at the whole workspace and finds the next keyframe's place to about a pixel; the second
-    renders a small cube around it and finds it anew. The last stage also gives rotation, gripper and collision flag.
-    All are trained at once, the second's cube centred near the true place. What a stage's network is, and what it
-    sees, is the design's (:mod:`designs`).
+    The first stage sees the whole workspace and locates the next keyframe to about a pixel; the second renders a
+    small cube around that point and locates it again. The last stage also predicts rotation, gripper and collision
+    flag. Both train together, the second on cubes centred near the true position. The design (:mod:`designs`)
+    chooses each stage's network and input channels.
 
     Args:
         config: the settings.
@@ -62,8 +62,8 @@ class LlakeyActionPolicy(CheckedWeights, PreTrainedPolicy):
         dataset_meta: metadata of the dataset to train on, whose columns are checked.
 
     Attributes:
-        workspace: (3, 2) bounds in metres of what is looked at.
-        cube: around it, in whose units all places are told.
+        workspace: (3, 2) bounds in metres of the cloud.
+        cube: around the workspace; positions inside the network are in its units.
     """
 
     config_class = LlakeyActionConfig
@@ -83,7 +83,7 @@ class LlakeyActionPolicy(CheckedWeights, PreTrainedPolicy):
             check_training_dataset(config, dataset_meta)
         self._texts = training_texts(dataset_meta)
         self.design = DESIGNS[config.design]
-        felt = proprioception_width(config)
+        proprioception = proprioception_width(config)
         self.register_buffer("workspace", torch.tensor(config.box, dtype=torch.float32), persistent=False)
         self.cube = UnitCube(config.box)
         self.register_buffer("training_step", torch.zeros((), dtype=torch.int64))
@@ -92,15 +92,17 @@ class LlakeyActionPolicy(CheckedWeights, PreTrainedPolicy):
         self.roles = TextRoles(2, width) if config.condition_on == "both" else None
         if self.design.grounded:
             self.sentence = QueryPool(width, 4, 64)
-            self.condition = nn.Sequential(nn.Linear(256 + felt, CONDITION), nn.GELU(), nn.Linear(CONDITION, CONDITION))
-        condition = CONDITION if self.design.grounded else felt
+            self.condition = nn.Sequential(
+                nn.Linear(256 + proprioception, CONDITION), nn.GELU(), nn.Linear(CONDITION, CONDITION)
+            )
+        condition = CONDITION if self.design.grounded else proprioception
         self.coarse = Stage(config, condition, width, config.splat_radius[0])
         self.fine = Stage(config, condition, width, config.splat_radius[1]) if config.stages == 2 else None
         network = (self.fine or self.coarse).network
         self.summary = nn.LayerNorm(network.summary_width)
         inputs = len(config.views) * network.feature_width + network.summary_width
         if self.design.grounded:
-            inputs += CONDITION + felt
+            inputs += CONDITION + proprioception
         self.pose = make_pose_head(config, inputs)
 
     def get_optim_params(self) -> list[dict[str, Any]]:
@@ -145,12 +147,12 @@ class LlakeyActionPolicy(CheckedWeights, PreTrainedPolicy):
         texts = read_texts(self._texts.fill(batch), config, rows, numpy_generator() if self.training else None)
         with self._autocast():
             scene = self._scene(cloud, hand, texts, labels.lift)
-            looks = {"coarse": (self.coarse(scene, torch.zeros_like(target), 1.0), target)}
+            outputs = {"coarse": (self.coarse(scene, torch.zeros_like(target), 1.0), target)}
             if self.fine is not None:
                 low, extent = self.cube.crop(target + self._crop_noise(target), config.crop_size)
-                looks["fine"] = (self.fine(scene, low, extent), (target - low) / extent)
-            pose = self._read_pose(*list(looks.values())[-1], scene, hand, labels.heading, labels.quaternion)
-        loss, figures = self._loss(looks, pose, labels)
+                outputs["fine"] = (self.fine(scene, low, extent), (target - low) / extent)
+            pose = self._read_pose(*list(outputs.values())[-1], scene, hand, labels.heading, labels.quaternion)
+        loss, figures = self._loss(outputs, pose, labels)
         loss = check_loss(weighted(loss, batch))
         if self.training:
             self.training_step += 1
@@ -179,17 +181,17 @@ class LlakeyActionPolicy(CheckedWeights, PreTrainedPolicy):
             low, extent = torch.zeros(rows, 3, device=self.workspace.device), 1.0
             scene = self._scene(cloud, hand, texts, torch.zeros_like(low))
             coarse = self.coarse(scene, low, extent)
-            place = locate(coarse.heatmap, config.views)
-            seen, point = coarse, place
+            position = locate(coarse.heatmap, config.views)
+            seen, point = coarse, position
             if self.fine is not None:
-                low, extent = self.cube.crop(place, config.crop_size)
+                low, extent = self.cube.crop(position, config.crop_size)
                 seen = self.fine(scene, low, extent)
                 point = locate(with_prior(seen.heatmap, coarse.heatmap, low, extent, config.views), config.views)
-                place = low + point * extent
-            pose = self._read_pose(seen, point, scene, hand, torch.zeros_like(place[:, 0]))
+                position = low + point * extent
+            pose = self._read_pose(seen, point, scene, hand, torch.zeros_like(position[:, 0]))
         flags = torch.stack((pose.gripper.argmax(dim=-1), pose.collision.argmax(dim=-1)), dim=-1)
-        place = self.cube.from_unit(place)
-        return check_actions(torch.cat((place, self.pose.quaternion(pose), flags.to(place)), dim=-1))
+        position = self.cube.from_unit(position)
+        return check_actions(torch.cat((position, self.pose.quaternion(pose), flags.to(position)), dim=-1))
 
     def _autocast(self) -> torch.autocast:
         return autocast(self.config.dtype, self.workspace.device)
@@ -207,8 +209,8 @@ class LlakeyActionPolicy(CheckedWeights, PreTrainedPolicy):
             sentence = self.sentence(words, padding).flatten(1)
             condition = self.condition(torch.cat((sentence, condition.to(sentence.dtype)), dim=1))
         base = lift / self.cube.edge
-        points, place = self.cube.to_unit(cloud.points), self.cube.to_unit(hand.place)
-        return Scene(points, cloud.colours, cloud.rows, base, place, condition, words, padding)
+        points, effector = self.cube.to_unit(cloud.points), self.cube.to_unit(hand.position)
+        return Scene(points, cloud.colours, cloud.rows, base, effector, condition, words, padding)
 
     def _read_pose(
         self,
@@ -227,22 +229,22 @@ class LlakeyActionPolicy(CheckedWeights, PreTrainedPolicy):
             return self.pose(torch.cat([part.float() for part in parts], dim=1), hand.angles, heading, truth)
 
     def _loss(
-        self, looks: dict[str, tuple[ViewOutput, Tensor]], pose: PoseOutput, labels: Labels
+        self, outputs: dict[str, tuple[ViewOutput, Tensor]], pose: PoseOutput, labels: Labels
     ) -> tuple[Tensor, dict[str, Any]]:
         """The loss (B,) from each stage's output with the target in its cube, and the figures to log."""
         config, views = self.config, self.config.views
         sigma = shrinking_sigma(
             int(self.training_step), config.heatmap_sigma_start, config.heatmap_sigma_end, config.heatmap_shrink_steps
         )
-        parts = {f"{name}_loss": heatmap_loss(seen, point, views, sigma) for name, (seen, point) in looks.items()}
+        parts = {f"{name}_loss": heatmap_loss(seen, point, views, sigma) for name, (seen, point) in outputs.items()}
         parts["rotation_loss"] = self.pose.rotation_loss(pose, labels.quaternion)
         parts["gripper_loss"] = flag_loss(pose.gripper, labels.gripper)
         parts["collision_loss"] = flag_loss(pose.collision, labels.collision)
         loss = torch.stack(list(parts.values())).sum(dim=0)
         figures: dict[str, Any] = {key: value.detach().mean().item() for key, value in parts.items()}
-        figures["coarse_within_2cm"] = share_within(*looks["coarse"], views, 0.02 / self.cube.edge)
-        if "fine" in looks:
-            figures["fine_within_5mm"] = share_within(*looks["fine"], views, 0.005 / config.crop_size)
+        figures["coarse_within_2cm"] = share_within(*outputs["coarse"], views, 0.02 / self.cube.edge)
+        if "fine" in outputs:
+            figures["fine_within_5mm"] = share_within(*outputs["fine"], views, 0.005 / config.crop_size)
         figures["rotation_within_5deg"] = share_turned_less(self.pose.quaternion(pose), labels.quaternion, 5.0)
         figures["gripper_right"] = share_right(pose.gripper, labels.gripper)
         return loss, figures

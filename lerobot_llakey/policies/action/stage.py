@@ -1,4 +1,4 @@
-"""One stage of the policy: render a cube of the cloud, look at it, and score its pixels."""
+"""One stage of the policy: render a cube of the cloud and score its pixels."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Stage(nn.Module):
         self.network = design.build(config, condition, text_width)
 
     def forward(self, scene: Scene, low: Tensor, extent: float) -> ViewOutput:
-        """Look at the cube that starts at a corner ``low`` (B, 3) and has edges of ``extent``, in workspace units."""
+        """Score the pixels of the cube with lower corner ``low`` (B, 3) and edge ``extent``, in unit-cube units."""
         device = low.device.type
         dtype = torch.get_autocast_dtype(device) if torch.is_autocast_enabled(device) else low.dtype
         with torch.autocast(device, enabled=False):

@@ -1,6 +1,6 @@
 """Random rigid motions of the whole scene (PerAct, RVT): cloud, target and present pose move together.
 
-Clouds can also be thinned and recoloured, which moves nothing, and what is told about the hand blurred.
+Two more augmentations move nothing: recoloured clouds, and noise on the hand's orientation in the proprioception.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from lerobot_llakey.policies.action.batch.point_cloud import PointCloud
 
 @dataclass
 class RigidMotion:
-    """A turn about the vertical through a pivot, then a translation; one for each row of a batch.
+    """A rotation about the vertical through a pivot, then a translation; one for each row of a batch.
 
     Attributes:
         yaw: (B,) radians.
@@ -31,19 +31,19 @@ class RigidMotion:
     translation: Tensor
 
     @property
-    def turn(self) -> Tensor:
+    def rotation(self) -> Tensor:
         """The rotations as matrices (B, 3, 3)."""
         cos, sin, zero = self.yaw.cos(), self.yaw.sin(), torch.zeros_like(self.yaw)
         return torch.stack((cos, -sin, zero, sin, cos, zero, zero, zero, zero + 1), dim=-1).unflatten(-1, (3, 3))
 
     def move_points(self, points: Tensor) -> Tensor:
         """One point (B, 3) for each row, in metres, after the motion."""
-        turned = (self.turn @ (points - self.pivot)[..., None]).squeeze(-1)
+        turned = (self.rotation @ (points - self.pivot)[..., None]).squeeze(-1)
         return turned + (self.pivot + self.translation)  # exact for the pivot: rounding moves no target out
 
     def move_quaternion(self, quaternion: Tensor) -> Tensor:
         """Quaternions (B, 4) xyzw after the motion."""
-        return geometry.matrix_to_quaternion(self.turn @ geometry.quaternion_to_matrix(quaternion))
+        return geometry.matrix_to_quaternion(self.rotation @ geometry.quaternion_to_matrix(quaternion))
 
     def move_poses(self, poses: Tensor) -> Tensor:
         """Poses (B, 7) of hands or cameras after the motion: moving the cameras moves all that they see."""
@@ -54,7 +54,7 @@ class RigidMotion:
 def sample_motion(target: Tensor, workspace: Tensor, translation: float, yaw_degrees: float) -> RigidMotion:
     """Draw a motion for each target position (B, 3) that leaves it inside the workspace (3, 2), both in metres.
 
-    The turn is about the target itself, so that only the translation moves it, and that is limited to what fits.
+    The rotation is about the target itself, so that only the translation moves it, and that is limited to what fits.
     """
     yaw = (torch.rand(target.shape[0], device=target.device) * 2 - 1) * math.radians(yaw_degrees)
     margin = 0.01 * (workspace[:, 1] - workspace[:, 0])
@@ -65,10 +65,10 @@ def sample_motion(target: Tensor, workspace: Tensor, translation: float, yaw_deg
 
 
 def blurred(quaternion: Tensor, degrees: float) -> Tensor:
-    """Turns of the hand that are a little wrong, to be told in training.
+    """Orientations of the hand with random errors, for training.
 
-    Demonstrations come to a thing with the hand already turned as it will be needed. A policy that is told the turn
-    exactly learns to keep it, and with it errors of its own; told a blurred one, it has to look.
+    In demonstrations the hand reaches an object already oriented as the grasp needs it. A policy conditioned on the
+    exact orientation learns to keep it, its own errors included; conditioned on a noisy one, it has to look.
 
     Args:
         quaternion: (B, 4) unit, xyzw.
@@ -77,8 +77,8 @@ def blurred(quaternion: Tensor, degrees: float) -> Tensor:
     vector = torch.randn(len(quaternion), 3, device=quaternion.device) * math.radians(degrees)
     angle = vector.norm(dim=1, keepdim=True).clamp(min=1e-9)
     error = torch.cat((vector / angle * (angle / 2).sin(), (angle / 2).cos()), dim=1)
-    hand, turn = geometry.quaternion_to_matrix(quaternion), geometry.quaternion_to_matrix(error)
-    return geometry.matrix_to_quaternion(hand @ turn)
+    hand, rotation = geometry.quaternion_to_matrix(quaternion), geometry.quaternion_to_matrix(error)
+    return geometry.matrix_to_quaternion(hand @ rotation)
 
 
 def jittered(cloud: PointCloud, batch: int, colour_jitter: float) -> PointCloud:

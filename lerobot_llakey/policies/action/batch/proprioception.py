@@ -1,4 +1,4 @@
-"""What the action policy is told about the present hand, and how far the episode has come."""
+"""Proprioception: the present hand, and the timestep of the episode."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ EPISODE_STEPS = 25
 
 @dataclass
 class Proprioception:
-    """What is told about the hand.
+    """The present hand, as far as ``config.proprioception`` includes it.
 
     Attributes:
-        vector: (B, P) the network's input: the gripper's opening, then sine and cosine of the hand's angles where the
-            pose is told, then the timestep if it is asked for.
-        place: (B, 3) metres, NaN where it is not told.
-        angles: (B, 3) of the hand in radians, see :mod:`heads.targets`; zero where they are not told.
+        vector: (B, P) the network's input: the gripper's opening; with the pose, sine and cosine of the hand's angles;
+            with ``use_timestep``, the timestep.
+        position: (B, 3) metres, NaN without the pose.
+        angles: (B, 3) of the hand in radians, see :mod:`heads.targets`; zero without the pose.
     """
 
     vector: Tensor
-    place: Tensor
+    position: Tensor
     angles: Tensor
 
 
@@ -45,21 +45,21 @@ def proprioception_width(config: LlakeyActionConfig) -> int:
 def read_proprioception(
     batch: Mapping[str, Any], config: LlakeyActionConfig, rows: int, rotation_blur: float = 0.0
 ) -> Proprioception:
-    """Read the state and the step (B, 1) of a batch, as the settings ask.
+    """Read from a batch the state and the step (B, 1) that the settings ask for.
 
     Args:
         batch: in the data contract, with the cameras of ``config``.
-        config: what is told.
+        config: names the parts to read.
         rows: B.
-        rotation_blur: degrees, see :func:`augmentation.blurred`; 0 tells the turn as it is.
+        rotation_blur: degrees, see :func:`augmentation.blurred`; 0 keeps the orientation exact.
 
     Raises:
         LlakeyError: if the step or the state is asked for and missing, or makes no sense in a row.
     """
     device = batch[schema.image_key(config.cameras[0])].device
     opening, angles = torch.zeros(rows, 1, device=device), torch.zeros(rows, 3, device=device)
-    place = torch.full((rows, 3), torch.nan, device=device)
-    turns = torch.zeros(rows, 6, device=device)
+    position = torch.full((rows, 3), torch.nan, device=device)
+    directions = torch.zeros(rows, 6, device=device)
     if config.proprioception != "none":
         if schema.STATE not in batch:
             raise LlakeyError(
@@ -68,14 +68,14 @@ def read_proprioception(
         hand = read_hands(batch, config.hand_columns, rows).float()
         opening = hand[:, schema.GRIPPER, None]
         if config.proprioception == "pose":
-            place = hand[:, schema.POSITION]
-            turn = F.normalize(hand[:, schema.QUATERNION], dim=-1)
-            angles = quaternion_to_angles(blurred(turn, rotation_blur) if rotation_blur > 0 else turn)
-            turns = torch.cat((angles.sin(), angles.cos()), dim=1)
-    parts = [opening, turns] if config.proprioception == "pose" else [opening]
+            position = hand[:, schema.POSITION]
+            orientation = F.normalize(hand[:, schema.QUATERNION], dim=-1)
+            angles = quaternion_to_angles(blurred(orientation, rotation_blur) if rotation_blur > 0 else orientation)
+            directions = torch.cat((angles.sin(), angles.cos()), dim=1)
+    parts = [opening, directions] if config.proprioception == "pose" else [opening]
     if config.use_timestep:
         parts.append(_timestep(batch, rows))
-    return Proprioception(torch.cat(parts, dim=1), place, angles)
+    return Proprioception(torch.cat(parts, dim=1), position, angles)
 
 
 def _timestep(batch: Mapping[str, Any], rows: int) -> Tensor:

@@ -32,8 +32,8 @@ def share_within(output: ViewOutput, point: Tensor, views: Sequence[str], distan
     """Share of views whose hottest pixel lies within a distance (in units of the stage's cube) of a point (B, 3)."""
     size = output.heatmap.shape[-1]
     best = output.heatmap.detach().flatten(2).argmax(dim=-1)
-    spot = torch.stack((best // size, best % size), dim=-1).add(0.5) / size
-    offset = (spot - project(point, views)).norm(dim=-1)
+    position = torch.stack((best // size, best % size), dim=-1).add(0.5) / size
+    offset = (position - project(point, views)).norm(dim=-1)
     return (offset <= distance).float().mean().item()
 
 

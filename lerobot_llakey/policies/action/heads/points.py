@@ -53,11 +53,11 @@ def locate(heatmap: Tensor, views: Sequence[str]) -> Tensor:
 
 
 def with_prior(heatmap: Tensor, coarse: Tensor, low: Tensor, extent: float, views: Sequence[str]) -> Tensor:
-    """A zoomed stage's logits, plus what the stage before thought of the same places.
+    """A zoomed stage's logits, plus the log-probabilities of the stage before at the same places.
 
-    The zoomed stage is trained on cubes that lie anywhere near the target, so alone it takes every place in its cube
-    for as likely beforehand. High above a target the cube may show nothing but air: then the first stage's word counts.
-    Where the zoomed stage is sure it is the sharper by the zoom, and the prior hardly moves its peak.
+    The zoomed stage is trained on cubes that lie anywhere near the target, so alone its prior
+    over the cube is uniform. High above a target the cube may show nothing but air: then the first stage decides.
+    Where the zoomed stage is certain, it is sharper by the zoom factor and the prior hardly moves its peak.
 
     Args:
         heatmap: (B, V, S, S) logits of the zoomed stage.
@@ -85,9 +85,9 @@ def with_prior(heatmap: Tensor, coarse: Tensor, low: Tensor, extent: float, view
 
 def features_at(features: Tensor, points: Tensor, views: Sequence[str]) -> Tensor:
     """Bilinear features (B, V * C) at the projections of points (B, 3) of the unit cube; features (B, V, H, W, C)."""
-    spots = project(points, views).flip(-1) * 2 - 1  # grid_sample wants x (columns) first
+    positions = project(points, views).flip(-1) * 2 - 1  # grid_sample wants x (columns) first
     maps = features.flatten(0, 1).permute(0, 3, 1, 2)
-    grid = spots.flatten(0, 1)[:, None, None].to(maps.dtype)
+    grid = positions.flatten(0, 1)[:, None, None].to(maps.dtype)
     picked = nn.functional.grid_sample(maps, grid, padding_mode="border", align_corners=False)
     return picked.flatten(1).unflatten(0, features.shape[:2]).flatten(1)
 
@@ -98,6 +98,6 @@ def pooled_at(output: ViewOutput, points: Tensor, views: Sequence[str]) -> Tenso
 
 
 def heatmap_weighted(output: ViewOutput, points: Tensor, views: Sequence[str]) -> Tensor:
-    """Features (B, V * C) of each view's pixels, weighted by its heatmap (RVT); the points are not looked at."""
+    """Features (B, V * C) of each view's pixels, weighted by its heatmap (RVT); it ignores the points."""
     share = output.heatmap.detach().flatten(2).softmax(dim=-1).to(output.features.dtype)  # (B, V, S * S)
     return (share[:, :, None] @ output.features.flatten(2, 3)).flatten(1)

@@ -20,7 +20,7 @@ from lerobot_llakey.policies.action.heads.targets import (
 
 @dataclass
 class PoseOutput:
-    """What a pose head says.
+    """The output of a pose head.
 
     Attributes:
         rotation: (B, 3, bins) logits of the three angles, or (B, 3, 3) a rotation matrix, as the head has it.
@@ -36,7 +36,7 @@ class PoseOutput:
 class PoseHead(nn.Module, ABC):
     """Base of the pose heads.
 
-    Rotations are voted for in up to three frames: "view", that of the views ("grasp it along its side"); "hand",
+    Up to three frames vote for the rotation: "view", that of the views ("grasp it along its side"); "hand",
     relative to the present hand ("a quarter turn on", "keep it"); and "base", relative to the robot's base, which
     augmentation turns ("straight ahead"). The votes are summed. No kind of instruction then has to learn to add
     angles, and what is fixed in the base frame survives augmentation.
@@ -57,7 +57,7 @@ class PoseHead(nn.Module, ABC):
             features: (B, inputs).
             present: (B, 3) the hand's present angles in radians, see :mod:`targets`.
             heading: (B,) yaw of the robot's base in radians: zero but for augmentation.
-            truth: (B, 4) the true quaternion xyzw, for heads that are taught in turn; None to predict.
+            truth: (B, 4) the true quaternion xyzw, for heads whose angles depend on one another; None to predict.
         """
 
     @abstractmethod
@@ -84,9 +84,9 @@ def heading_angles(heading: Tensor) -> Tensor:
     return torch.stack((heading, torch.zeros_like(heading), torch.zeros_like(heading)), dim=-1)
 
 
-def sum_votes(votes: Tensor, frames: Sequence[str], present: Tensor, turn: Tensor) -> Tensor:
-    """Logits (..., bins) from votes (F, ..., bins) in each frame; present and turn are angles (...) in radians."""
-    shifts = {"hand": present, "base": turn}
+def sum_votes(votes: Tensor, frames: Sequence[str], present: Tensor, base: Tensor) -> Tensor:
+    """Logits (..., bins) from votes (F, ..., bins) in each frame; present and base are angles (...) in radians."""
+    shifts = {"hand": present, "base": base}
     total = torch.zeros_like(votes[0])
     for vote, frame in zip(votes, frames, strict=True):
         total = total + (shift_bins(vote, shifts[frame]) if frame in shifts else vote)

@@ -34,7 +34,7 @@ def _perceptron(inputs: int, width: int, outputs: int) -> nn.Sequential:
 
 
 class SequentialBinsHead(PoseHead):
-    """Three angles in bins, each told those before it: the true ones in training, the likeliest ones after.
+    """Three angles in bins, each conditioned on those before it: the true ones in training, else the likeliest ones.
 
     A grasp that fits in two ways then gets one of them, never an angle of each. RVT-2 adds a positional code of the
     bin's number to the features; here it is harmonics of the angle, for which the first and last bin are neighbours.
@@ -54,21 +54,21 @@ class SequentialBinsHead(PoseHead):
         self.norm = nn.LayerNorm(inputs)
         self.flags = _perceptron(inputs, width, 4)
         self.votes = nn.ModuleList(_perceptron(inputs, width, len(self.frames) * bins) for _ in _ORDER)
-        self.told = nn.ModuleList(nn.Linear(2 * _HARMONICS, inputs) for _ in _ORDER[:-1])
+        self.condition = nn.ModuleList(nn.Linear(2 * _HARMONICS, inputs) for _ in _ORDER[:-1])
 
     def forward(self, features: Tensor, present: Tensor, heading: Tensor, truth: Tensor | None = None) -> PoseOutput:
         known = self.norm(features)
         flags = self.flags(known).float()
-        turn = heading_angles(heading)
+        base = heading_angles(heading)
         target = None if truth is None else rotation_target(truth, self.bins)
         logits: dict[int, Tensor] = {}
-        for place, axis in enumerate(_ORDER):
-            votes = self.votes[place](known).float().unflatten(-1, (len(self.frames), self.bins)).transpose(0, 1)
-            logits[axis] = sum_votes(votes, self.frames, present[:, axis], turn[:, axis])
-            if place < len(self.told):
+        for order, axis in enumerate(_ORDER):
+            votes = self.votes[order](known).float().unflatten(-1, (len(self.frames), self.bins)).transpose(0, 1)
+            logits[axis] = sum_votes(votes, self.frames, present[:, axis], base[:, axis])
+            if order < len(self.condition):
                 likeliest = F.one_hot(logits[axis].argmax(dim=-1), self.bins).float()
                 chosen = likeliest if target is None else target[:, axis]
-                known = known + self.told[place](self._harmonics(chosen))
+                known = known + self.condition[order](self._harmonics(chosen))
         rotation = torch.stack([logits[axis] for axis in sorted(logits)], dim=1)
         return PoseOutput(rotation, flags[:, :2], flags[:, 2:])
 

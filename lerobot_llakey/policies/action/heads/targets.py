@@ -58,15 +58,15 @@ def angle_bins(angles: Tensor, bins: int) -> Tensor:
 def rotation_target(quaternion: Tensor, bins: int) -> Tensor:
     """Which bins the angles of unit quaternions (..., 4) lie in, as probabilities (..., 3, bins): nearly always 0 or 1.
 
-    Within half a bin of a singular direction every split of the turn between a and c decodes to the same rotation. The
-    labels there go over from the angles' own bins, at the border, to those of the turn told by a alone, at the singular
+    Within half a bin of a singular direction every split between a and c decodes to the same rotation. The labels
+    there go over from the angles' own bins, at the border, to those of a alone with c = 0, at the singular
     direction itself. So they change little where the rotation does: jitter moves no label far.
     """
     angles = quaternion_to_angles(quaternion)
     matrix = _from_reference(quaternion)
     whole = torch.atan2(-matrix[..., 0, 1], matrix[..., 1, 1])
-    told = torch.stack((whole, angles[..., 1], torch.zeros_like(whole)), dim=-1)
-    own, other = (F.one_hot(angle_bins(kind, bins), bins).to(quaternion) for kind in (angles, told))
+    singular = torch.stack((whole, angles[..., 1], torch.zeros_like(whole)), dim=-1)
+    own, other = (F.one_hot(angle_bins(kind, bins), bins).to(quaternion) for kind in (angles, singular))
     share = ((math.pi / 2 - angles[..., 1].abs()) * (bins / math.pi)).clamp(0.0, 1.0)[..., None, None]
     return share * own + (1 - share) * other
 

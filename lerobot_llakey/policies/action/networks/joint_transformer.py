@@ -82,7 +82,7 @@ class JointTransformer(nn.Module):
         self.layers = nn.ModuleList(GatedBlock(width, heads, dropout) for _ in range(layers))
 
     def forward(self, patches: Tensor, condition: Tensor, words: Tensor, padding: Tensor) -> Tensor:
-        """Mix what is seen, said and felt.
+        """Mix views, words and proprioception.
 
         Args:
             patches: (B, V, h, w, PATCH_CHANNELS).
@@ -94,9 +94,9 @@ class JointTransformer(nn.Module):
             (B, V, h, w, 2 * PATCH_CHANNELS).
         """
         batch, views, height, width = patches.shape[:4]
-        felt = self.proprioception_activation(self.proprioception(condition))[:, None, None, None]
-        felt = felt.to(patches.dtype).expand(*patches.shape[:-1], -1)
-        tokens = torch.cat((patches, felt), dim=-1)
+        hand = self.proprioception_activation(self.proprioception(condition))[:, None, None, None]
+        hand = hand.to(patches.dtype).expand(*patches.shape[:-1], -1)
+        tokens = torch.cat((patches, hand), dim=-1)
         tokens = self.widen(tokens + self.positions.to(tokens.dtype)).flatten(0, 1).flatten(1, 2)  # (B*V, h*w, C)
         half = len(self.layers) // 2
         for layer in self.layers[:half]:

@@ -41,7 +41,7 @@ class ViewNetwork(nn.Module):
         Args:
             images: (B, V, S, S, C) the design's pixels, see :mod:`views.pixels`.
             matches: (B, V, S, S, Q) how well each pixel's colour fits the words, where the design asks for it.
-            condition: (B, D) what the design is told beside the words.
+            condition: (B, D) condition vector beside the words.
             words: (B, T, W) word vectors.
             padding: (B, T) bool, true where there is no word.
         """

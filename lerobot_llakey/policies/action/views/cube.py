@@ -1,4 +1,4 @@
-"""The cube that all places are told in: the workspace's longest edge is one unit along every axis."""
+"""The unit cube, in which all positions are expressed: the workspace's longest edge is one unit along every axis."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from torch import Tensor, nn
 class UnitCube(nn.Module):
     """The cube around the middle of a workspace that its longest edge just fits in.
 
-    One scale for all three axes: a pixel is as long one way as the other, turns stay turns, and a crop is a cube. What
-    of the cube lies outside the workspace stays empty.
+    One scale for all three axes: a pixel has the same length along each, rotations stay rotations, and a crop is a
+    cube. The part of the cube outside the workspace stays empty.
 
     Args:
         workspace: bounds (low, high) of x, y and z in metres.
@@ -31,12 +31,12 @@ class UnitCube(nn.Module):
         self.register_buffer("corner", torch.tensor(corner, dtype=torch.float32), persistent=False)
 
     def to_unit(self, position: Tensor) -> Tensor:
-        """Places (..., 3) in metres, in units of the cube."""
+        """Positions (..., 3) in metres, in units of the cube."""
         return (position - self.corner) / self.edge
 
-    def from_unit(self, place: Tensor) -> Tensor:
+    def from_unit(self, position: Tensor) -> Tensor:
         """Inverse of :meth:`to_unit`."""
-        return place * self.edge + self.corner
+        return position * self.edge + self.corner
 
     def crop(self, centre: Tensor, size: float) -> tuple[Tensor, float]:
         """Lower corner (..., 3) and edge, in units, of a cube of ``size`` metres around a centre (..., 3) in units."""

@@ -1,4 +1,4 @@
-"""What a rendered pixel tells the network: one function for each layout of channels."""
+"""The channels of a rendered pixel: one function for each layout."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from lerobot_llakey.policies.action.views.scene import Scene
 GROUNDED_CHANNELS = 9
 """Red, green, blue, seen, depth in the cube, absolute depth, row and column, and the present end effector."""
 PLAIN_CHANNELS = 10
-"""Place in the cube (x, y, z), red, green, blue, depth in the cube, and which view, row and column it is."""
+"""Position in the cube (x, y, z), red, green, blue, depth in the cube, and which view, row and column it is."""
 MARKER_SIGMA = 0.02
 """Width of the end effector's mark, as a share of the view."""
 
@@ -27,7 +27,7 @@ def grounded_pixels(
     """Channels (B, V, S, S, GROUNDED_CHANNELS) of our own design; positions are centred on zero.
 
     Args:
-        scene: what is looked at.
+        scene: to render.
         index: (B, V, S, S) the point that each pixel shows, -1 for none.
         low: (B, 3) lower corner of the rendered cube, in workspace units.
         extent: its edge, in workspace units.
@@ -36,20 +36,20 @@ def grounded_pixels(
     """
     size = index.shape[-1]
     axis = (torch.arange(size, device=low.device) + 0.5) / size
-    # Beyond the view the mark fades; where the hand's place is not told it is NaN and shows nothing.
+    # Beyond the view the mark fades; without the hand's pose its position is NaN and nothing shows.
     effector = project((scene.effector - low) / extent, views)  # (B, V, 2)
     bumps = torch.exp(-0.5 * ((axis - effector[..., None]) / MARKER_SIGMA) ** 2).nan_to_num(0.0).to(dtype)
     images = low.new_empty(*index.shape, GROUNDED_CHANNELS, dtype=dtype)
     images[..., :3] = gather_pixels(scene.colours, index)
     images[..., 3] = seen = index >= 0
-    told = scene.base * scene.base.new_tensor((0.0, 0.0, 1.0)) + 0.5
+    base = scene.base * scene.base.new_tensor((0.0, 0.0, 1.0)) + 0.5
     for view, name in enumerate(views):
         row, column, depth, _ = VIEWS[name]
         away = gather_pixels(scene.points[:, depth, None], index[:, view]).squeeze(-1)
         images[:, view, ..., 4] = ((away - low[:, depth, None, None]) / extent - 0.5) * seen[:, view]
-        images[:, view, ..., 5] = (away - told[:, depth, None, None]) * seen[:, view]
-        images[:, view, ..., 6] = (low[:, row, None] + axis * extent - told[:, row, None])[:, :, None]
-        images[:, view, ..., 7] = (low[:, column, None] + axis * extent - told[:, column, None])[:, None, :]
+        images[:, view, ..., 5] = (away - base[:, depth, None, None]) * seen[:, view]
+        images[:, view, ..., 6] = (low[:, row, None] + axis * extent - base[:, row, None])[:, :, None]
+        images[:, view, ..., 7] = (low[:, column, None] + axis * extent - base[:, column, None])[:, None, :]
     images[..., 8] = bumps[..., 0, :, None] * bumps[..., 1, None, :]
     return images
 
@@ -59,7 +59,7 @@ def plain_pixels(
 ) -> Tensor:
     """Channels (B, V, S, S, PLAIN_CHANNELS) of RVT and RVT-2, each in -1..1 and 0 where nothing is seen.
 
-    All is told within the rendered cube: a crop looks the same wherever it lies. Arguments as for
+    Everything is relative to the rendered cube: a crop looks the same wherever it lies. Arguments as for
     :func:`grounded_pixels`.
     """
     size, count = index.shape[-1], len(views)

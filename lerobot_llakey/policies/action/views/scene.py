@@ -1,4 +1,4 @@
-"""What the stages look at."""
+"""The input of the stages."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ class Scene:
         colours: (M, 3) in 0..1.
         rows: (M,) int64 batch row of each point.
         base: (B, 3) where the workspace's lower corner lies once augmentation has moved the scene; else zero. Only its
-            height is used: heights are told from the base, so that what is fixed there survives augmentation.
-        effector: (B, 3) the present end effector, NaN where its place is not told.
-        condition: (B, D) text and proprioception, or proprioception alone: what the design's network takes.
+            height is used: heights are relative to the base, so that what is fixed there survives augmentation.
+        effector: (B, 3) the present end effector, NaN without the hand's pose.
+        condition: (B, D) text and proprioception, or proprioception alone: as the design's network takes it.
         words: (B, T, W) word vectors; padding: (B, T) bool, true where there is no word.
     """
 

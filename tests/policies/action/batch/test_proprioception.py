@@ -25,7 +25,7 @@ def test_the_pose_tells_place_and_angles() -> None:
     batch, _, _ = observation(rows=2)
     hand = read_proprioception(batch, small_config(), 2)
     angles = quaternion_to_angles(batch[schema.STATE][:, schema.QUATERNION])
-    assert torch.equal(hand.place, batch[schema.STATE][:, :3])
+    assert torch.equal(hand.position, batch[schema.STATE][:, :3])
     assert torch.allclose(hand.angles, angles)
     expected = torch.cat((batch[schema.STATE][:, 7:8], angles.sin(), angles.cos()), dim=1)
     assert torch.allclose(hand.vector, expected)
@@ -36,7 +36,7 @@ def test_the_gripper_alone_tells_no_place() -> None:
     batch[schema.STATE][1, schema.GRIPPER] = 0.25
     hand = read_proprioception(batch, small_config(proprioception="gripper"), len(batch[schema.STATE]))
     assert hand.vector.tolist() == [[1.0], [0.25]]
-    assert hand.place.isnan().all() and (hand.angles == 0).all()
+    assert hand.position.isnan().all() and (hand.angles == 0).all()
 
 
 def test_a_blurred_turn_blurs_nothing_else() -> None:
@@ -46,7 +46,7 @@ def test_a_blurred_turn_blurs_nothing_else() -> None:
         read_proprioception(batch, small_config(), len(batch[schema.STATE])),
         read_proprioception(batch, small_config(), len(batch[schema.STATE]), 7.0),
     )
-    assert torch.equal(exact.place, blurred.place) and torch.equal(exact.vector[:, 0], blurred.vector[:, 0])
+    assert torch.equal(exact.position, blurred.position) and torch.equal(exact.vector[:, 0], blurred.vector[:, 0])
     off = torch.rad2deg((exact.angles - blurred.angles).abs())
     assert (off > 0.1).any() and (off < 45).all()
     expected = torch.cat((blurred.angles.sin(), blurred.angles.cos()), dim=1)
