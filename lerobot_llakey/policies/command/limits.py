@@ -6,7 +6,6 @@ from typing import Any
 
 from lerobot_llakey.bounds import AT_LEAST_ONE, COUNT, SHARE, Bounds, require_settings, require_texts
 from lerobot_llakey.errors import LlakeyError
-from lerobot_llakey.policies.command.encoding import Encoder
 
 _SHOWN = 5
 BOUNDS: dict[str, Bounds] = {
@@ -67,19 +66,4 @@ def check_texts(config: Any) -> None:
             f"Expected instructions of {config.rules.name}, got {len(wrong)} outside it "
             f"({', '.join(repr(text[:60]) for text in wrong[:_SHOWN])}), which would never be carried "
             "out; reword them, add a template, or choose --policy.grammar=free."
-        )
-
-
-def check_room(config: Any, encoder: Encoder) -> None:
-    """Refuse known answers that would be cut short.
-
-    Raises:
-        LlakeyError: naming the longest.
-    """
-    lengths = {text: len(encoder.answer(text)) for text in config.instructions}
-    longest = max(lengths, key=lambda text: lengths[text], default="")
-    if longest and lengths[longest] > config.max_new_tokens:
-        raise LlakeyError(
-            f"Expected max_new_tokens of at least {lengths[longest]}, which {longest!r} takes, got "
-            f"{config.max_new_tokens}; raise it."
         )

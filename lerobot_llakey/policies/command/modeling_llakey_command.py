@@ -28,7 +28,7 @@ from lerobot_llakey.policies.command.dataset_needs import dataset_needs
 from lerobot_llakey.policies.command.encoding import IGNORED
 from lerobot_llakey.policies.command.images import augment, stack_views
 from lerobot_llakey.policies.command.language_model import build_language_model
-from lerobot_llakey.policies.command.limits import check_room, check_texts
+from lerobot_llakey.policies.command.limits import check_texts
 from lerobot_llakey.policies.command.metrics import answer_metrics
 from lerobot_llakey.policies.command.parameter_groups import parameter_groups
 from lerobot_llakey.policies.command.pretrained.adapters import TakesAdapters
@@ -36,8 +36,7 @@ from lerobot_llakey.policies.command.reading import read_prompts
 from lerobot_llakey.policies.command.small.auxiliary import KeyframeHead
 from lerobot_llakey.policies.command.small.last_layer import read_last
 from lerobot_llakey.policies.command.small.tokenizer import grammar_words, known_words
-from lerobot_llakey.policies.command.targets.action import ActionTarget
-from lerobot_llakey.policies.command.targets.make import make_target
+from lerobot_llakey.policies.command.targets import ActionTarget, check_answer_lengths, make_target
 from lerobot_llakey.policies.command.vocabulary import dataset_instructions, dataset_tasks
 from lerobot_llakey.policies.draws import numpy_generator, seeded_by_step
 from lerobot_llakey.policies.losses import check_loss, weighted
@@ -110,7 +109,7 @@ class LlakeyCommandPolicy(Answering, CommandCheckpoints, CheckedWeights, TakesAd
         self.target = make_target(config)
         self._trie = self.target.trie(self.encoder)
         if config.constrain and config.target == "instruction":
-            check_room(config, self.encoder)
+            check_answer_lengths(config, self.encoder)
 
     def _learn_texts(self, dataset_meta: Any) -> None:
         found = dataset_instructions(dataset_meta) if self.config.target == "instruction" else []
