@@ -10,7 +10,7 @@ import torch
 
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.command.decoding.answer import Answer, count_unparsable
-from lerobot_llakey.policies.command.decoding.decode import decode_answers
+from lerobot_llakey.policies.command.decoding.constrained import decode_answers
 from lerobot_llakey.policies.command.holding import held_instructions
 from lerobot_llakey.policies.command.images import stack_views
 from lerobot_llakey.policies.command.reading import read_prompts

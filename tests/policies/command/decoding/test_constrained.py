@@ -4,9 +4,7 @@ import pytest
 import torch
 
 from lerobot_llakey import schema
-from lerobot_llakey.policies.command.decoding.branches import decode_by_branches
-from lerobot_llakey.policies.command.decoding.decode import decode_answers
-from lerobot_llakey.policies.command.decoding.steps import decode_by_steps
+from lerobot_llakey.policies.command.decoding.constrained import decode_answers, decode_by_branches, decode_by_steps
 from lerobot_llakey.policies.command.decoding.trie import Trie
 from lerobot_llakey.policies.command.images import stack_views
 from lerobot_llakey.policies.command.modeling_llakey_command import LlakeyCommandPolicy
