@@ -150,8 +150,10 @@ def decode_by_branches(
     Args:
         model: the model, whose language model takes ``past_key_values`` and ``position_ids``.
         inputs: ``input_ids`` and ``attention_mask`` (B, T), padded on the left, and ``pixel_values``.
-        trie, stop_id, max_new_tokens: as for :func:`decode_by_steps`.
+        trie: the known answers; None allows any token.
+        stop_id: the token that ends an answer.
         pad_id: any token; it fills rows with fewer pending tokens than others.
+        max_new_tokens: longest answer.
 
     Returns:
         The tokens of each row and the logarithm of their likelihood, see :class:`Answer`.
