@@ -15,10 +15,8 @@ from lerobot_llakey.policies.command.pretrained.encoder import ProcessorEncoder
 from lerobot_llakey.policies.command.pretrained.freezing import train_parts
 from lerobot_llakey.policies.command.pretrained.loading import build_from_assets, load_pretrained
 from lerobot_llakey.policies.command.prompt import sentences
-from lerobot_llakey.policies.command.small.build import build_small
-from lerobot_llakey.policies.command.small.encoder import WordEncoder
-from lerobot_llakey.policies.command.small.numbers import spread_numbers
-from lerobot_llakey.policies.command.small.tokenizer import WordTokenizer, grammar_words
+from lerobot_llakey.policies.command.small.model import build_small, init_number_embeddings
+from lerobot_llakey.policies.command.small.tokenizer import WordEncoder, WordTokenizer, grammar_words
 
 
 @dataclass
@@ -56,7 +54,7 @@ def build_language_model(config: LlakeyCommandConfig, assets_dir: str | Path | N
         words = WordEncoder(tokenizer, config.image_size, image_tokens)
         small = build_small(config, tokenizer)
         if config.tells_state:
-            spread_numbers(small.get_input_embeddings(), [tokenizer.encode(number)[0] for number in numbers])
+            init_number_embeddings(small.get_input_embeddings(), [tokenizer.encode(number)[0] for number in numbers])
         built = LanguageModel(small, words)
     else:
         if assets_dir is None:

@@ -33,8 +33,7 @@ from lerobot_llakey.policies.command.limits import check_texts
 from lerobot_llakey.policies.command.parameter_groups import parameter_groups
 from lerobot_llakey.policies.command.pretrained.adapters import TakesAdapters
 from lerobot_llakey.policies.command.reading import read_prompts
-from lerobot_llakey.policies.command.small.auxiliary import KeyframeHead
-from lerobot_llakey.policies.command.small.last_layer import read_last
+from lerobot_llakey.policies.command.small.model import KeyframeHead, read_last
 from lerobot_llakey.policies.command.small.tokenizer import grammar_words, known_words
 from lerobot_llakey.policies.command.targets import ActionTarget, check_answer_lengths, make_target
 from lerobot_llakey.policies.command.vocabulary import dataset_instructions, dataset_tasks

@@ -7,8 +7,7 @@ from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyC
 from lerobot_llakey.policies.command.encoding import Encoder
 from lerobot_llakey.policies.command.modeling_llakey_command import LlakeyCommandPolicy
 from lerobot_llakey.policies.command.pose_text import PoseText
-from lerobot_llakey.policies.command.small.encoder import WordEncoder
-from lerobot_llakey.policies.command.small.tokenizer import WordTokenizer
+from lerobot_llakey.policies.command.small.tokenizer import WordEncoder, WordTokenizer
 from lerobot_llakey.policies.command.targets import ActionTarget, InstructionTarget, make_target
 
 

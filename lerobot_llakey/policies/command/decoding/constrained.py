@@ -19,7 +19,7 @@ from transformers import LlavaForConditionalGeneration, LogitsProcessorList
 from lerobot_llakey.policies.command.decoding.answer import Answer
 from lerobot_llakey.policies.command.decoding.trie import KnownAnswers, Node, Trie
 from lerobot_llakey.policies.command.encoding import Encoder
-from lerobot_llakey.policies.command.small.last_layer import read_last
+from lerobot_llakey.policies.command.small.model import read_last
 
 
 @torch.no_grad()

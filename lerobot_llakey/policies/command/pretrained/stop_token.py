@@ -7,7 +7,7 @@ from typing import Any
 import torch
 from transformers import PreTrainedModel
 
-from lerobot_llakey.policies.command.generation import end_answers_with
+from lerobot_llakey.policies.command.encoding import end_answers_with
 from lerobot_llakey.policies.command.prompt import STOP
 
 
