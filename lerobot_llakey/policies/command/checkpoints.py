@@ -10,9 +10,9 @@ from lerobot.configs import PreTrainedConfig
 from torch import Tensor
 
 from lerobot_llakey.errors import LlakeyError
+from lerobot_llakey.policies.command.model_settings import ADAPTER, ASSETS
 from lerobot_llakey.policies.command.pretrained.adapters import adapter_base, merge_adapter
 from lerobot_llakey.policies.command.pretrained.loading import save_assets
-from lerobot_llakey.policies.command.pretrained.settings import ADAPTER, ASSETS
 from lerobot_llakey.saved.folder import DOWNLOAD, inspect_checkpoint
 from lerobot_llakey.saved.processors import OUR_STEPS
 

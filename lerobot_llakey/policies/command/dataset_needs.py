@@ -12,7 +12,7 @@ def dataset_needs(config: LlakeyCommandConfig) -> Needs:
     columns = {schema.TASK, schema.SAMPLE_WEIGHT}
     columns |= {schema.INSTRUCTION} if config.target == "instruction" else {schema.ACTION}
     columns |= {schema.PREVIOUS_INSTRUCTION} if config.history else set()
-    columns |= {schema.STATE} if config.tells_state else set()
+    columns |= {schema.STATE} if config.uses_proprioception else set()
     if config.model is None and config.auxiliary_weight:
         columns |= {schema.STATE, schema.ACTION}
     return Needs(frozenset(columns), views=tuple(config.cameras), depth=False, workspace=None)

@@ -12,8 +12,7 @@ from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyC
 from lerobot_llakey.policies.command.encoding import Encoder
 from lerobot_llakey.policies.command.pose_text import PoseText
 from lerobot_llakey.policies.command.pretrained.encoder import ProcessorEncoder
-from lerobot_llakey.policies.command.pretrained.freezing import train_parts
-from lerobot_llakey.policies.command.pretrained.loading import build_from_assets, load_pretrained
+from lerobot_llakey.policies.command.pretrained.loading import build_from_assets, load_pretrained, train_parts
 from lerobot_llakey.policies.command.prompt import sentences
 from lerobot_llakey.policies.command.small.model import build_small, init_number_embeddings
 from lerobot_llakey.policies.command.small.tokenizer import WordEncoder, WordTokenizer, grammar_words
@@ -46,14 +45,14 @@ def build_language_model(config: LlakeyCommandConfig, assets_dir: str | Path | N
     """
     if config.model is None:
         # Without words the vocabulary of a dataset is unknown; bytes and the grammar still spell everything.
-        has_numbers = config.target == "action" or config.tells_state
+        has_numbers = config.target == "action" or config.uses_proprioception
         numbers = PoseText(config.action_bins, config.box).numbers if has_numbers else []
         known = list(dict.fromkeys([*(config.words or grammar_words(config.rules)), *numbers]))
-        tokenizer = WordTokenizer(known, sentences(config.cameras, config.tells_state))
+        tokenizer = WordTokenizer(known, sentences(config.cameras, config.uses_proprioception))
         image_tokens = (config.image_size // config.patch_size) ** 2
         words = WordEncoder(tokenizer, config.image_size, image_tokens)
         small = build_small(config, tokenizer)
-        if config.tells_state:
+        if config.uses_proprioception:
             init_number_embeddings(small.get_input_embeddings(), [tokenizer.encode(number)[0] for number in numbers])
         built = LanguageModel(small, words)
     else:

@@ -29,7 +29,6 @@ from lerobot_llakey.policies.command.decoding.answer import answer_metrics
 from lerobot_llakey.policies.command.encoding import IGNORED
 from lerobot_llakey.policies.command.images import augment, stack_views
 from lerobot_llakey.policies.command.language_model import build_language_model
-from lerobot_llakey.policies.command.limits import check_texts
 from lerobot_llakey.policies.command.parameter_groups import parameter_groups
 from lerobot_llakey.policies.command.pretrained.adapters import TakesAdapters
 from lerobot_llakey.policies.command.reading import read_prompts
@@ -83,7 +82,7 @@ class LlakeyCommandPolicy(Answering, CommandCheckpoints, CheckedWeights, TakesAd
         # LeRobot's normaliser would take the text columns among the inputs for numbers.
         features = config.input_features or {}
         config.input_features = {key: features[key] for key in config.image_keys}
-        if config.tells_state:
+        if config.uses_proprioception:
             config.input_features[schema.STATE] = PolicyFeature(FeatureType.STATE, (len(config.state_names),))
         if dataset_meta is not None:
             config.learn_grammar(dataset_meta.features)
@@ -117,7 +116,7 @@ class LlakeyCommandPolicy(Answering, CommandCheckpoints, CheckedWeights, TakesAd
             self.config.words = sorted(
                 {*grammar_words(self.config.rules), *known_words([*dataset_tasks(dataset_meta), *found])}
             )
-        check_texts(self.config)
+        self.config.check_texts()
 
     def get_optim_params(self) -> list[dict[str, Any]]:
         """Parameters in groups: hidden matrices (for Muon), other weights, and what does not decay."""

@@ -45,14 +45,14 @@ def describe_view(view: str) -> str:
     return _DESCRIPTIONS.get(view, f"Image from the {view.replace('_', ' ')} camera:")
 
 
-def sentences(views: Sequence[str], tells_state: bool = False) -> list[str]:
+def sentences(views: Sequence[str], uses_proprioception: bool = False) -> list[str]:
     """Every constant sentence of a prompt with these views: a small vocabulary may hold each as one token.
 
     Args:
         views: camera names.
-        tells_state: whether the prompt tells the robot's state.
+        uses_proprioception: whether the prompt tells the robot's state.
     """
-    constants = (TASK_BEGIN, TASK_END, PREVIOUS_BEGIN, NO_PREVIOUS, *([STATE_BEGIN] if tells_state else []))
+    constants = (TASK_BEGIN, TASK_END, PREVIOUS_BEGIN, NO_PREVIOUS, *([STATE_BEGIN] if uses_proprioception else []))
     return [SYSTEM_MESSAGE, *(describe_view(view) for view in views), *constants]
 
 

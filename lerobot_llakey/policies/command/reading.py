@@ -31,7 +31,7 @@ def read_prompts(
         LlakeyError: if the task or the state is missing, or wrong in a row.
     """
     tasks = text_column(batch, schema.TASK)
-    states: Sequence[str | None] = _states(batch, config) if config.tells_state else [None] * len(tasks)
+    states: Sequence[str | None] = _states(batch, config) if config.uses_proprioception else [None] * len(tasks)
     previous: Sequence[str | None] = [None] * len(tasks)
     if config.history and config.target == "instruction":
         none = [""] * len(tasks)

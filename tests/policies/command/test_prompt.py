@@ -28,5 +28,7 @@ def test_constant_pieces_are_all_among_the_sentences():
     prompt = Prompt((*VIEWS, "elbow_left"), "stack the cups", "")
     pieces = {prompt.opening, *prompt.descriptions, *prompt.request} - {"stack the cups"}
     assert pieces == set(sentences(prompt.views))
-    told = Prompt(prompt.views, "stack the cups", "", "001")
-    assert {*pieces, *told.request} - {"stack the cups", "001"} == set(sentences(prompt.views, tells_state=True))
+    stated = Prompt(prompt.views, "stack the cups", "", "001")
+    assert {*pieces, *told.request} - {"stack the cups", "001"} == set(
+        sentences(prompt.views, uses_proprioception=True)
+    )
