@@ -12,8 +12,8 @@ from lerobot_llakey import schema
 from lerobot_llakey.bounds import COUNT, SHARE, Bounds, require_settings, require_texts
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.command.chat.settings import UNNAMED, ChatSettings
-from lerobot_llakey.policies.command.holding import MOVING_ABOVE
 from lerobot_llakey.policies.command.model_settings import ModelSettings
+from lerobot_llakey.policies.command.motion_gate import MOVING_ABOVE
 from lerobot_llakey.policies.keyframe_config import RobotConfig
 from lerobot_llakey.policies.muon import MuonConfig
 from lerobot_llakey.policies.precision import PRECISIONS

@@ -1,4 +1,4 @@
-"""The language model that the settings ask for: the small one from scratch, or a pretrained one."""
+"""Builds the language model chosen by the settings: the small one from scratch, or a pretrained one."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from lerobot_llakey.policies.command.small.tokenizer import WordEncoder, WordTok
 
 @dataclass
 class LanguageModel:
-    """A model and what encodes its inputs.
+    """A model and the encoder of its inputs.
 
     Attributes:
         model: an image-text model of transformers.
         encoder: turns images, prompts and answers into its inputs.
-        processor: the processor of a pretrained model, which is saved with it; None for the small one.
+        processor: a pretrained model's processor, which is saved with it; None for the small one.
     """
 
     model: Any
@@ -34,7 +34,7 @@ class LanguageModel:
 
 
 def build_language_model(config: LlakeyCommandConfig, assets_dir: str | Path | None = None) -> LanguageModel:
-    """The model of some settings, frozen where they say so.
+    """Build the model, with the parts frozen that the settings do not train.
 
     Args:
         config: the settings, with the words of the dataset filled in.
@@ -44,7 +44,7 @@ def build_language_model(config: LlakeyCommandConfig, assets_dir: str | Path | N
         LlakeyError: if the model cannot be found or has no part that the settings name.
     """
     if config.model is None:
-        # Without words the vocabulary of a dataset is unknown; bytes and the grammar still spell everything.
+        # Without a dataset's words, the grammar's and bytes still encode every text.
         has_numbers = config.target == "action" or config.uses_proprioception
         numbers = PoseText(config.action_bins, config.box).numbers if has_numbers else []
         known = list(dict.fromkeys([*(config.words or grammar_words(config.rules)), *numbers]))
@@ -66,6 +66,6 @@ def build_language_model(config: LlakeyCommandConfig, assets_dir: str | Path | N
         built.model.to(getattr(torch, config.weights_dtype))
     train_parts(built.model, config.trained_parts)
     if config.gradient_checkpointing:
-        # The other kind loses the gradients of what is trained before a frozen layer's inputs.
+        # The reentrant kind loses the gradients of trained layers before a frozen one.
         built.model.gradient_checkpointing_enable(gradient_checkpointing_kwargs={"use_reentrant": False})
     return built

@@ -20,7 +20,7 @@ from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.grammar import Grammar
 from lerobot_llakey.grammar_data import LONGEST
 from lerobot_llakey.policies.command.chat.settings import ChatSettings
-from lerobot_llakey.policies.command.images import stack_views
+from lerobot_llakey.policies.command.inputs import stack_cameras
 from lerobot_llakey.policies.command.prompt import STOP, Prompt
 
 Message = dict[str, Any]
@@ -120,7 +120,7 @@ def spread(labels: Sequence[str], count: int, rng: np.random.Generator) -> list[
 
 def _example(sample: dict[str, Any], views: Sequence[str], history: bool) -> Example:
     keys = [schema.image_key(view) for view in views]
-    images = stack_views({key: sample[key][None] for key in keys if key in sample}, keys)[0]
+    images = stack_cameras({key: sample[key][None] for key in keys if key in sample}, keys)[0]
     previous = str(sample.get(schema.PREVIOUS_INSTRUCTION, "")) if history else None
     return Example(Prompt(tuple(views), str(sample[schema.TASK]), previous), images, str(sample[schema.INSTRUCTION]))
 

@@ -10,7 +10,7 @@ from torch import Tensor
 
 from lerobot_llakey.grammar import Grammar
 from lerobot_llakey.policies.command.encoding import Encoder
-from lerobot_llakey.policies.command.images import resize
+from lerobot_llakey.policies.command.inputs import resize
 from lerobot_llakey.policies.command.prompt import STOP, Prompt
 
 PAD, BEGIN, IMAGE, SPACE = "<pad>", "<begin>", "<image>", "<space>"
