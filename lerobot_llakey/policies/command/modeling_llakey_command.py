@@ -169,12 +169,12 @@ class LlakeyCommandPolicy(Answering, CommandCheckpoints, CheckedWeights, TakesAd
         metrics = answer_metrics(logits.detach().argmax(-1) == labels, counted, answers, previous)
         loss = weighted(losses.sum(dim=1) * len(losses) / counted.sum(), batch)
         if hands is not None and self.auxiliary is not None:
-            auxiliary = self.auxiliary.loss(hidden[:, 0], hands, batch[schema.ACTION])
+            extra = self.auxiliary.loss(hidden[:, 0], hands, batch[schema.ACTION])
             metrics |= {
                 "instruction_loss": float(loss.detach().mean()),
-                "auxiliary_loss": float(auxiliary.detach().mean()),
+                "auxiliary_loss": float(extra.detach().mean()),
             }
-            loss = loss + self.config.auxiliary_weight * auxiliary
+            loss = loss + self.config.auxiliary_weight * extra
         loss = check_loss(loss)
         return (loss if reduction == "none" else loss.mean()), metrics
 

@@ -77,16 +77,14 @@ def test_the_settings_decide_what_the_prompt_contains(batch):
 def test_the_hand_is_in_the_prompt_as_numbers(batch):
     states = batch[schema.STATE].clone()
     states[:, schema.GRIPPER] = 0.5
-    numbers_of_rows = [
+    texts = [
         prompt.state.split() for prompt in read_prompts(batch | {schema.STATE: states}, config(proprioception="pose"))
     ]
-    assert {len(numbers) for numbers in numbers_of_rows} == {8} and {numbers[-1] for numbers in numbers_of_rows} == {
-        "128"
-    }
+    assert {len(numbers) for numbers in texts} == {8} and {numbers[-1] for numbers in texts} == {"128"}
     states[0, 0] += 0.1
     moved = read_prompts(batch | {schema.STATE: states}, config(proprioception="pose"))
-    assert int(moved[0].state.split()[0]) - int(numbers_of_rows[0][0]) in (25, 26)
-    assert [prompt.state.split() for prompt in moved[1:]] == numbers_of_rows[1:]
+    assert int(moved[0].state.split()[0]) - int(texts[0][0]) in (25, 26)
+    assert [prompt.state.split() for prompt in moved[1:]] == texts[1:]
 
 
 def test_a_chat_model_gets_no_numbers(batch):
@@ -103,5 +101,5 @@ def test_a_missing_state_is_named(batch):
 
 def test_the_previous_instruction_is_hidden_in_that_share_of_training(batch):
     many = {schema.TASK: ["x"] * 2000, schema.PREVIOUS_INSTRUCTION: ["grasp the cup"] * 2000}
-    numbers_of_rows = read_prompts(many, config(history_dropout=0.3), np.random.default_rng(0))
-    assert 0.25 < np.mean([prompt.previous == "" for prompt in numbers_of_rows]) < 0.35
+    texts = read_prompts(many, config(history_dropout=0.3), np.random.default_rng(0))
+    assert 0.25 < np.mean([prompt.previous == "" for prompt in texts]) < 0.35

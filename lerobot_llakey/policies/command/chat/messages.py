@@ -67,7 +67,7 @@ def question(prompt: Prompt, images: Tensor, image_format: str = "png") -> Messa
     for description, image in zip(prompt.descriptions, images, strict=True):
         content.append({"type": "text", "text": description})
         content.append({"type": "image_url", "image_url": {"url": data_url(image, image_format)}})
-    return {"role": "user", "content": [*content, {"type": "text", "text": prompt.asked}]}
+    return {"role": "user", "content": [*content, {"type": "text", "text": prompt.request_text}]}
 
 
 def solved(examples: Sequence[Example], image_format: str = "png") -> list[Message]:
@@ -79,12 +79,12 @@ def solved(examples: Sequence[Example], image_format: str = "png") -> list[Messa
     return messages
 
 
-def draw_examples(settings: ChatSettings, views: Sequence[str], history: bool) -> list[Example]:
+def draw_examples(settings: ChatSettings, cameras: Sequence[str], history: bool) -> list[Example]:
     """Draw solved examples, evenly over the dataset's different instructions; the same seed draws the same ones.
 
     Args:
         settings: how many, from which dataset, and the seed.
-        views: names of the cameras, in the order of the prompt.
+        cameras: names of the cameras, in the order of the prompt.
         history: whether the prompt contains the instruction last commanded.
 
     Raises:
@@ -105,7 +105,7 @@ def draw_examples(settings: ChatSettings, views: Sequence[str], history: bool) -
         )
     instructions = [str(text) for text in dataset.hf_dataset.with_format(None)[schema.INSTRUCTION]]
     rows = spread(instructions, settings.examples, np.random.default_rng(settings.examples_seed))
-    return [_example(dataset[row], views, history) for row in rows]
+    return [_example(dataset[row], cameras, history) for row in rows]
 
 
 def spread(labels: Sequence[str], count: int, rng: np.random.Generator) -> list[int]:
@@ -118,11 +118,11 @@ def spread(labels: Sequence[str], count: int, rng: np.random.Generator) -> list[
     return sorted(order, key=round_of.__getitem__)[:count]
 
 
-def _example(sample: dict[str, Any], views: Sequence[str], history: bool) -> Example:
-    keys = [schema.image_key(view) for view in views]
+def _example(sample: dict[str, Any], cameras: Sequence[str], history: bool) -> Example:
+    keys = [schema.image_key(camera) for camera in cameras]
     images = stack_cameras({key: sample[key][None] for key in keys if key in sample}, keys)[0]
     previous = str(sample.get(schema.PREVIOUS_INSTRUCTION, "")) if history else None
-    return Example(Prompt(tuple(views), str(sample[schema.TASK]), previous), images, str(sample[schema.INSTRUCTION]))
+    return Example(Prompt(tuple(cameras), str(sample[schema.TASK]), previous), images, str(sample[schema.INSTRUCTION]))
 
 
 def first_instruction(text: str, grammar: Grammar) -> str:

@@ -90,7 +90,7 @@ def test_examples_are_samples_of_the_dataset_in_the_prompts_form(keysteps):
             and (sample[schema.TASK], sample[schema.PREVIOUS_INSTRUCTION])
             == (example.prompt.task, example.prompt.previous)
         ]
-        assert matches and example.prompt.views == CAMERAS
+        assert matches and example.prompt.cameras == CAMERAS
 
 
 def test_the_seed_decides_which_and_history_is_left_out_where_it_is_off(keysteps):
