@@ -1,8 +1,8 @@
 """The command policy's prompt, as in the paper.
 
 Source: section III-C and figure 4 of the paper. The system message comes first, then each camera's description
-followed by its image, then the request. The sentences about the robot's state and the previous instruction are extensions of this
-project.
+followed by its image, then the request. The sentences about the robot's state and the previous instruction are
+extensions of this project.
 """
 
 from __future__ import annotations
