@@ -79,8 +79,8 @@ def run(config: AbilitiesConfig) -> None:
         policy.config.hold_above = None
     measured = measure(policy, agent.preprocessor, dataset, config.batch_size, config.max_samples, config.num_workers)
     print(markdown(measured))
-    if policy.held:
-        print(f"The model was asked about {policy.answered} frames, not about {policy.held} in which the arm moved.")
+    if policy.gated:
+        print(f"The model was asked about {policy.answered} frames, not about {policy.gated} in which the arm moved.")
     if config.output_dir is not None:
         written = write_abilities(measured, config.output_dir)
         print("\n".join(f"{path.stem}: {path}" for path in written))

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from lerobot_llakey import schema
-from lerobot_llakey.policies.command.holding import moving
+from lerobot_llakey.policies.command.motion_gate import moving
 
 START, MOVING = "at the start", "moving its arm"
 UNFINISHED, FINISHED = "standing, the same again", "standing, another one next"

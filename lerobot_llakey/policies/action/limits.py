@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Protocol
 
 from lerobot_llakey.bounds import (
     AT_LEAST_ONE,
@@ -67,7 +67,24 @@ BOUNDS: dict[str, Bounds] = {
 """What a number may be."""
 
 
-def check_settings(config: Any) -> None:
+class ActionSettings(Protocol):
+    """The settings that are checked together; ``LlakeyActionConfig``, which imports this module, has them all."""
+
+    design: str
+    views: list[str]
+    rotation_frames: list[str]
+    workspace: list[list[float]] | str
+    view_size: int
+    crop_size: float
+    crop_noise: float
+    widths: list[int]
+    patch_size: int
+    token_width: int
+    transformer_heads: int
+    text_width: int
+
+
+def check_settings(config: ActionSettings) -> None:
     """Refuse settings that make no sense, alone or together.
 
     Raises:
@@ -86,7 +103,7 @@ def check_settings(config: Any) -> None:
     require_number("crop_noise, within half of crop_size,", config.crop_noise, 0, config.crop_size / 2)
 
 
-def _check_views(config: Any) -> None:
+def _check_views(config: ActionSettings) -> None:
     require_texts("views", config.views, some=True)
     require_texts("rotation_frames", config.rotation_frames, some=True)
     if not set(config.rotation_frames) <= set(FRAMES):
@@ -105,7 +122,7 @@ def _check_views(config: Any) -> None:
         raise LlakeyError(f"Expected views that show x, y and z, got {', '.join(config.views)}; add another view.")
 
 
-def _check_network(config: Any) -> None:
+def _check_network(config: ActionSettings) -> None:
     step = 16 if config.design == "small" else config.patch_size
     if config.view_size % step:
         raise LlakeyError(

@@ -1,4 +1,4 @@
-"""Asking a command policy's model, and counting what it answers."""
+"""Asks the command policy's model for instructions, and counts the answers."""
 
 from __future__ import annotations
 
@@ -10,14 +10,13 @@ import torch
 
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.command.decoding.answer import Answer, count_unparsable
-from lerobot_llakey.policies.command.decoding.decode import decode_answers
-from lerobot_llakey.policies.command.holding import held_instructions
-from lerobot_llakey.policies.command.images import stack_views
-from lerobot_llakey.policies.command.reading import read_prompts
+from lerobot_llakey.policies.command.decoding.constrained import decode_answers
+from lerobot_llakey.policies.command.inputs import read_prompts, stack_cameras
+from lerobot_llakey.policies.command.motion_gate import gated_instructions
 
 
 class Answering:
-    """The part of the command policy that names the next basic action."""
+    """The methods of the command policy that name the next basic action."""
 
     config: Any
     model: Any
@@ -28,7 +27,7 @@ class Answering:
     train: Any
     answered: int
     unparsable: int
-    held: int
+    gated: int
     _trie: Any
     _autocast: Any
 
@@ -38,13 +37,13 @@ class Answering:
 
     @torch.no_grad()
     def answer(self, batch: dict[str, Any]) -> list[Answer]:
-        """The next basic action of each row of a batch, and how likely it is; every answer is counted.
+        """The next basic action of each row of a batch and its likelihood; every answer is counted.
 
-        Where the arm moves (``hold_above``) it is the previous instruction, and no model is asked.
+        A row with a moving arm (``hold_above``) keeps its previous instruction, and the model is not asked.
 
         Args:
             batch: as for :meth:`forward`, without the instruction; a missing previous instruction counts as none.
-                ``observation.velocity`` where the robot tells it.
+                ``observation.velocity`` if the robot measures it.
 
         Raises:
             LlakeyError: if an image or the task is missing, or the policy was trained to act.
@@ -54,22 +53,22 @@ class Answering:
                 "Expected a command policy that names instructions, got one with target=action, which acts by itself; "
                 "give a checkpoint with target=instruction."
             )
-        held = held_instructions(batch, self.config.hold_above, self.config.joints)
-        asked = [row for row, text in enumerate(held) if text is None]
+        kept = gated_instructions(batch, self.config.hold_above, self.config.joints)
+        asked = [row for row, text in enumerate(kept) if text is None]
         answers = self._answers(batch, asked)
         self.answered += len(answers)
         self.unparsable += count_unparsable(answers, self.config.rules)
-        self.held += len(held) - len(asked)
+        self.gated += len(kept) - len(asked)
         given = iter(answers)
-        return [next(given) if text is None else Answer(text, math.nan) for text in held]
+        return [next(given) if text is None else Answer(text, math.nan) for text in kept]
 
     def _answers(self, batch: dict[str, Any], rows: Sequence[int]) -> list[Answer]:
-        """The answers of the model to some rows, whatever they are about."""
+        """The model's answers to some rows, instructions or actions."""
         if not rows:
             return []
         was_training = self.training
         self.eval()
-        images, prompts = stack_views(batch, self.config.image_keys), read_prompts(batch, self.config)
+        images, prompts = stack_cameras(batch, self.config.image_keys), read_prompts(batch, self.config)
         images, prompts = images[list(rows)], [prompts[row] for row in rows]
         if self.chat is not None:
             answers = [Answer(text, math.nan) for text in self.chat.answers(images, prompts)]

@@ -1,4 +1,4 @@
-"""Saving a command policy and loading it again: whole checkpoints, adapters, chat models, which have no weights."""
+"""Saves and loads command policies: whole checkpoints, adapters, and chat models, which have no weights."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from lerobot.configs import PreTrainedConfig
 from torch import Tensor
 
 from lerobot_llakey.errors import LlakeyError
+from lerobot_llakey.policies.command.model_settings import ADAPTER, ASSETS
 from lerobot_llakey.policies.command.pretrained.adapters import adapter_base, merge_adapter
 from lerobot_llakey.policies.command.pretrained.loading import save_assets
-from lerobot_llakey.policies.command.pretrained.settings import ADAPTER, ASSETS
 from lerobot_llakey.saved.folder import DOWNLOAD, inspect_checkpoint
 from lerobot_llakey.saved.processors import OUR_STEPS
 
@@ -20,7 +20,7 @@ log = logging.getLogger(__name__)
 
 
 class CommandCheckpoints:
-    """The part of the command policy that loads and saves it."""
+    """The methods of the command policy that load and save it."""
 
     config: Any
     model: Any
@@ -31,18 +31,17 @@ class CommandCheckpoints:
     def from_pretrained(cls, pretrained_name_or_path: str | Path, **kwargs: Any) -> Any:
         """Load a saved policy; see ``PreTrainedPolicy.from_pretrained``.
 
-        Adapters, which LeRobot's ``make_policy`` keeps apart, are merged into the weights that they were trained on.
+        Adapters, which LeRobot's ``make_policy`` keeps separate, are merged into the weights that they were trained on.
 
         Raises:
             MissingFileError: if there is no checkpoint.
-            LlakeyError: if it is broken or names what no checkpoint may, or an adapter does not say what it was
-                trained on.
+            LlakeyError: if it is broken or names something forbidden, or an adapter does not name its base model.
         """
         policy_class: Any = cls
         adapters: tuple[Path, ...] = kwargs.pop("adapters", ())
         given = kwargs.get("config")
         if given is not None and given.use_peft and str(pretrained_name_or_path) == given.model:
-            # What an adapter was trained on may be a pretrained model rather than a policy.
+            # An adapter's base may be a pretrained model instead of a policy.
             return policy_class(given, dataset_meta=kwargs.get("dataset_meta")).to(given.device).eval()
         options = {name: kwargs[name] for name in DOWNLOAD if kwargs.get(name) is not None}
         folder = inspect_checkpoint(pretrained_name_or_path, OUR_STEPS, **options)

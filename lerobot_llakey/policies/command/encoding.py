@@ -1,4 +1,4 @@
-"""What the policy needs of a model's tokenizer and image processor, whichever model it is."""
+"""The interface between the policy and a model's tokenizer and image processor."""
 
 from __future__ import annotations
 
@@ -7,27 +7,28 @@ from collections.abc import Iterable, Sequence
 
 import torch
 from torch import Tensor
+from transformers import PreTrainedModel
 
 from lerobot_llakey.policies.command.prompt import Prompt
 
 IGNORED = -100
-"""Label of a token that no loss is taken on."""
+"""Label of a token without a loss."""
 
 
 class Encoder(ABC):
-    """What the policy needs of a model's tokenizer and image processor."""
+    """Turns images, prompts and answers into a model's inputs, and token ids back into text."""
 
     pad_id: int
     stop_id: int
     answer_type_id: int = 0
-    """Type of an answer's tokens, for models that tell types apart."""
+    """Type of an answer's tokens, for models with token types."""
 
     @abstractmethod
     def prompts(self, images: Tensor, prompts: Sequence[Prompt]) -> dict[str, Tensor]:
         """Inputs of a model from images (B, V, 3, H, W) in 0..1.
 
         Returns:
-            ``input_ids`` and ``attention_mask`` (B, T), padded on the left, and what the model takes for images.
+            ``input_ids`` and ``attention_mask`` (B, T), padded on the left, and the model's image inputs.
         """
 
     @abstractmethod
@@ -44,8 +45,8 @@ class Encoder(ABC):
         """Inputs for training.
 
         Returns:
-            The inputs, answers appended, and the answers' labels (B, A), where A is the longest answer: the model's
-            last A + 1 positions but the final one predict them. Padding is labelled ``IGNORED``.
+            The inputs with the answers appended, and the answers' labels (B, A), A being the longest answer: the
+            model's last A + 1 positions except the final one predict them. Padding is labelled ``IGNORED``.
         """
         inputs = self.prompts(images, prompts)
         device = inputs["input_ids"].device
@@ -59,3 +60,13 @@ class Encoder(ABC):
             if key in inputs:
                 inputs[key] = torch.cat((inputs[key], real * kind), dim=1)
         return inputs, torch.where(real.bool(), ids, IGNORED)
+
+
+def end_answers_with(model: PreTrainedModel, stop_id: int, pad_id: int) -> None:
+    """Make a model's generation greedy and end it at the stop token."""
+    assert model.generation_config is not None
+    model.generation_config.eos_token_id = stop_id
+    model.generation_config.pad_token_id = pad_id
+    model.generation_config.do_sample = False
+    model.generation_config.temperature = None
+    model.generation_config.top_p = None

@@ -24,21 +24,14 @@ from lerobot_llakey.policies.command.answering import Answering
 from lerobot_llakey.policies.command.chat.backend import ChatBackend
 from lerobot_llakey.policies.command.checkpoints import CommandCheckpoints
 from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
-from lerobot_llakey.policies.command.dataset_needs import dataset_needs
+from lerobot_llakey.policies.command.decoding.answer import answer_metrics
 from lerobot_llakey.policies.command.encoding import IGNORED
-from lerobot_llakey.policies.command.images import augment, stack_views
+from lerobot_llakey.policies.command.inputs import augment, read_prompts, stack_cameras
 from lerobot_llakey.policies.command.language_model import build_language_model
-from lerobot_llakey.policies.command.limits import check_room, check_texts
-from lerobot_llakey.policies.command.metrics import answer_metrics
-from lerobot_llakey.policies.command.parameter_groups import parameter_groups
 from lerobot_llakey.policies.command.pretrained.adapters import TakesAdapters
-from lerobot_llakey.policies.command.reading import read_prompts
-from lerobot_llakey.policies.command.small.auxiliary import KeyframeHead
-from lerobot_llakey.policies.command.small.last_layer import read_last
-from lerobot_llakey.policies.command.small.tokenizer import grammar_words, known_words
-from lerobot_llakey.policies.command.targets.action import ActionTarget
-from lerobot_llakey.policies.command.targets.make import make_target
-from lerobot_llakey.policies.command.vocabulary import dataset_instructions, dataset_tasks
+from lerobot_llakey.policies.command.small.model import KeyframeHead, read_last
+from lerobot_llakey.policies.command.targets import ActionTarget, check_answer_lengths, make_target
+from lerobot_llakey.policies.command.training_dataset import dataset_needs, learn_texts
 from lerobot_llakey.policies.draws import numpy_generator, seeded_by_step
 from lerobot_llakey.policies.losses import check_loss, weighted
 from lerobot_llakey.policies.precision import autocast
@@ -48,7 +41,7 @@ from lerobot_llakey.saved.weights import CheckedWeights
 
 
 class LlakeyCommandPolicy(Answering, CommandCheckpoints, CheckedWeights, TakesAdapters, PreTrainedPolicy):
-    """Looks at the scene and says the next basic action in words.
+    """Names the next basic action from images and text.
 
     Args:
         config: the settings; its vocabulary is filled from ``dataset_meta`` when it is empty.
@@ -57,10 +50,10 @@ class LlakeyCommandPolicy(Answering, CommandCheckpoints, CheckedWeights, TakesAd
         assets_dir: folder of a saved pretrained model's architecture and processor; set by :meth:`from_pretrained`.
 
     Attributes:
-        chat: asks a hosted model in place of a local one, with its counts; None unless ``backend`` is "chat".
-        answered: number of answers that the model gave since the policy was made.
-        unparsable: how many of them were not in the grammar.
-        held: number of rows whose instruction held, since their arm moved.
+        chat: asks a hosted model instead of a local one, with its counts; None unless ``backend`` is "chat".
+        answered: number of answers of the model since the policy was built.
+        unparsable: how many of them were outside the grammar.
+        gated: number of rows that kept their instruction because the arm moved.
 
     Raises:
         LlakeyError: if a camera is missing, the dataset has no instructions, or the model cannot be found.
@@ -82,18 +75,18 @@ class LlakeyCommandPolicy(Answering, CommandCheckpoints, CheckedWeights, TakesAd
         config.learn_robot(dataset_meta)
         config.use_default_features()
         config.validate_features()
-        # LeRobot's normaliser would take the text columns among the inputs for numbers.
+        # LeRobot's normaliser would treat text columns among the inputs as numbers.
         features = config.input_features or {}
         config.input_features = {key: features[key] for key in config.image_keys}
-        if config.tells_state:
+        if config.uses_proprioception:
             config.input_features[schema.STATE] = PolicyFeature(FeatureType.STATE, (len(config.state_names),))
         if dataset_meta is not None:
             config.learn_grammar(dataset_meta.features)
             if config.backend == "local":
                 check_dataset(dataset_meta, dataset_needs(config))
-            self._learn_texts(dataset_meta)
+            learn_texts(config, dataset_meta)
         self._texts = training_texts(dataset_meta)
-        self.answered = self.unparsable = self.held = 0
+        self.answered = self.unparsable = self.gated = 0
         self.model: Any = None
         self.encoder: Any = None
         self._processor: Any = None
@@ -104,47 +97,49 @@ class LlakeyCommandPolicy(Answering, CommandCheckpoints, CheckedWeights, TakesAd
         built = build_language_model(config, assets_dir)
         self.model, self.encoder, self._processor = built.model, built.encoder, built.processor
         if config.model is not None:
-            self.name_or_path = config.model  # an adapter says by it what it was trained on
+            self.name_or_path = config.model  # an adapter stores it as its base model
         elif config.auxiliary_weight:
             self.auxiliary = KeyframeHead(config.text_width)
         self.target = make_target(config)
         self._trie = self.target.trie(self.encoder)
         if config.constrain and config.target == "instruction":
-            check_room(config, self.encoder)
-
-    def _learn_texts(self, dataset_meta: Any) -> None:
-        found = dataset_instructions(dataset_meta) if self.config.target == "instruction" else []
-        self.config.instructions = sorted({*self.config.instructions, *found})
-        if not self.config.words:
-            self.config.words = sorted(
-                {*grammar_words(self.config.rules), *known_words([*dataset_tasks(dataset_meta), *found])}
-            )
-        check_texts(self.config)
+            check_answer_lengths(config, self.encoder)
 
     def get_optim_params(self) -> list[dict[str, Any]]:
-        """Parameters in groups: hidden matrices (for Muon), other weights, and what does not decay."""
+        """Trained parameters in groups: hidden matrices (for Muon), other weights, and those without weight decay."""
         self._require_weights()
         self._require_adapters()
-        return parameter_groups(self.named_parameters())
+        hidden: list[Tensor] = []
+        weights: list[Tensor] = []
+        rest: list[Tensor] = []
+        for name, value in self.named_parameters():
+            if not value.requires_grad:
+                continue
+            if value.ndim < 2 or "embed" in name:
+                rest.append(value)
+            elif value.ndim == 2 and ".layers." in name:
+                hidden.append(value)
+            else:
+                weights.append(value)
+        return [{"params": hidden, "muon": True}, {"params": weights}, {"params": rest, "weight_decay": 0.0}]
 
     def reset(self) -> None:
-        """Nothing is remembered between decisions: the previous instruction comes with the batch."""
+        """Do nothing: the policy has no memory, and the batch contains the previous instruction."""
 
     @seeded_by_step
     def forward(self, batch: dict[str, Any], reduction: str = "mean") -> tuple[Tensor, dict[str, float]]:
-        """Cross-entropy of the answers' tokens, stop token included, weighted where the batch has weights.
+        """Cross-entropy of the answers' tokens, stop token included, with the batch's sample weights if it has any.
 
         Args:
             batch: images (B, 3, H, W) in 0..1 of every camera, ``task`` and ``instruction`` as lists of str,
-                ``previous_instruction`` where the history is on, and ``observation.state`` where the hand is told;
-                ``action`` (B, 9) in place of the instructions where that is the target. The instructions of a training
-                dataset are found by ``index`` where the batch has none.
-            reduction: "mean" for one loss, over all tokens; "none" for one a sample (B,), whose mean is that loss: a
-                sample counts by its tokens.
+                ``previous_instruction`` if the history is on, and ``observation.state`` if proprioception is;
+                ``action`` (B, 9) instead of the instructions if it is the target. A batch without instructions gets
+                those of the training dataset by ``index``.
+            reduction: "mean" for one loss over all tokens; "none" for the losses of the samples (B,), with the same
+                mean: samples with more tokens count more.
 
         Returns:
-            The loss, and shares in 0..1: tokens predicted right, answers predicted right as a whole, and the latter
-            among the samples whose instruction has just changed: at keyframes and at the start.
+            The loss and metrics, see :func:`answer_metrics`.
 
         Raises:
             LlakeyError: if something in the batch is missing or wrong, or the loss is not finite.
@@ -156,7 +151,7 @@ class LlakeyCommandPolicy(Answering, CommandCheckpoints, CheckedWeights, TakesAd
             hands = read_hands(batch, self.config.hand_columns)
             read_actions(batch, len(hands))
         answers = self.target.answers(batch)
-        images = stack_views(batch, self.config.image_keys)
+        images = stack_cameras(batch, self.config.image_keys)
         if self.training:
             images = augment(images, self.config.shift_pixels, self.config.colour_jitter)
         rng = numpy_generator() if self.training else None
@@ -174,14 +169,17 @@ class LlakeyCommandPolicy(Answering, CommandCheckpoints, CheckedWeights, TakesAd
         metrics = answer_metrics(logits.detach().argmax(-1) == labels, counted, answers, previous)
         loss = weighted(losses.sum(dim=1) * len(losses) / counted.sum(), batch)
         if hands is not None and self.auxiliary is not None:
-            aid = self.auxiliary.loss(hidden[:, 0], hands, batch[schema.ACTION])
-            metrics |= {"instruction_loss": float(loss.detach().mean()), "auxiliary_loss": float(aid.detach().mean())}
-            loss = loss + self.config.auxiliary_weight * aid
+            extra = self.auxiliary.loss(hidden[:, 0], hands, batch[schema.ACTION])
+            metrics |= {
+                "instruction_loss": float(loss.detach().mean()),
+                "auxiliary_loss": float(extra.detach().mean()),
+            }
+            loss = loss + self.config.auxiliary_weight * extra
         loss = check_loss(loss)
         return (loss if reduction == "none" else loss.mean()), metrics
 
     def select_action(self, batch: dict[str, Any], **kwargs: Any) -> Tensor:
-        """The next keyframe's action (B, 9) of each row, where that is the target.
+        """The next keyframe's action (B, 9) of each row, if it is the target.
 
         Raises:
             NotImplementedError: if the target is the instruction.
@@ -210,12 +208,12 @@ class LlakeyCommandPolicy(Answering, CommandCheckpoints, CheckedWeights, TakesAd
             )
 
     def _reworded(self, text: str, rng: np.random.Generator | None) -> str:
-        """The instruction in training, replaced by a synonym with some probability."""
+        """The instruction, in training replaced by a paraphrase with some probability."""
         if rng is None or self.config.target != "instruction":
             return text
         return reworded(text, self.config.paraphrase_probability, rng, self.config.rules)
 
     def _autocast(self, device: torch.device) -> torch.autocast:
         config = self.config
-        # Weights in bfloat16 do not multiply with numbers in float32.
+        # Weights in bfloat16 cannot be multiplied with numbers in float32.
         return autocast("bfloat16" if config.weights_dtype == "bfloat16" else config.dtype, device)

@@ -1,10 +1,9 @@
-"""Poses as texts of whole numbers.
+"""Poses as texts of whole numbers: the answers of direct actions, and the hand's pose in a prompt.
 
-A policy of direct actions answers so (the paper's attempt after RT-2, section IV-B), and a command policy may be told
-the hand's pose so: x, y, z over the workspace, the quaternion, the gripper, and of an action the collision flag. RT-2
-takes Euler angles; here they would wrap at the commonest orientation, a hand that points down, and lose an axis at the
-next, a hand that points ahead. So the rotation is the quaternion from a hand that points straight down to the wanted
-one, w >= 0, which is smooth for every hand that does not point up.
+A text holds x, y, z within the workspace, the quaternion, the gripper, and for an action the collision flag. Direct
+actions are the paper's comparison after RT-2 (section IV-B). RT-2 uses Euler angles; here they would wrap at the most
+common orientation, a hand that points down, and lose an axis at the next, a hand that points ahead. So the rotation is
+the quaternion, w >= 0, from a hand that points straight down, which is smooth unless the hand points up.
 """
 
 from __future__ import annotations
@@ -28,10 +27,10 @@ _FLAGS = 2
 class PoseText:
     """Actions to texts and back, and hands to texts.
 
-    Every number has three digits, so no number begins another, whatever the tokenizer.
+    Every number has three digits, so no number is a prefix of another.
 
     Attributes:
-        bins: numbers that a position or quaternion entry may be.
+        bins: number of values of a position or quaternion entry.
         workspace: bounds in metres of x, y and z.
 
     Raises:
@@ -56,16 +55,16 @@ class PoseText:
 
     @property
     def sizes(self) -> list[int]:
-        """How many values each of the nine numbers may have."""
+        """Number of values of each of the nine numbers."""
         return [self.bins] * 7 + [_FLAGS] * 2
 
     @property
     def numbers(self) -> list[str]:
-        """Every number as it is written: what a vocabulary must hold."""
+        """Every number as text, which a vocabulary must contain."""
         return [f"{value:0{DIGITS}d}" for value in range(max(self.bins, _FLAGS))]
 
     def encode(self, action: np.ndarray) -> str:
-        """The text of an action (9,) in the data contract; places outside the workspace go to its edge."""
+        """The text of an action (9,) in the data contract; positions outside the workspace move to its edge."""
         flags = (action[[schema.GRIPPER, schema.IGNORE_COLLISION]] > 0.5).astype(int)
         return " ".join(self.numbers[number] for number in (*self._pose(action), *flags))
 
@@ -75,9 +74,9 @@ class PoseText:
         return " ".join(self.numbers[number] for number in (*self._pose(hand), opening))
 
     def _pose(self, row: np.ndarray) -> np.ndarray:
-        """The seven numbers of the pose that an action or a hand begins with."""
-        turned = Rotation.from_quat(DOWN).inv() * Rotation.from_quat(row[schema.QUATERNION])
-        values = np.concatenate((row[schema.POSITION], canonical_quaternion(turned.as_quat())))
+        """The seven numbers of the pose in an action or a hand."""
+        rotation = Rotation.from_quat(DOWN).inv() * Rotation.from_quat(row[schema.QUATERNION])
+        values = np.concatenate((row[schema.POSITION], canonical_quaternion(rotation.as_quat())))
         low, high = self.bounds.T
         return np.floor((values - low) / (high - low) * self.bins).clip(0, self.bins - 1).astype(int)
 
@@ -85,7 +84,7 @@ class PoseText:
         """The action (9,) float32 of a text: the middles of its bins, and a unit quaternion xyzw with w >= 0.
 
         Raises:
-            LlakeyError: if the text is not nine numbers that there may be.
+            LlakeyError: if the text is not nine legal numbers.
         """
         words = text.split()
         numbers = [int(word) for word in words if word.isdecimal()]

@@ -1,8 +1,8 @@
-"""What the command policy reads besides pixels: the paper's prompt, owned here alone.
+"""The command policy's prompt, as in the paper.
 
-Source: section III-C and figure 4 of the paper. The order is system message, then each view's description followed by
-its image, then the request. The sentences about the robot's state and the previous instruction are extensions of this
-project.
+Source: section III-C and figure 4 of the paper. The system message comes first, then each camera's description
+followed by its image, then the request. The sentences about the robot's state and the previous instruction are
+extensions of this project.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ ANSWER_RULE = (
     "Name the one basic action that the robotic arm has to do next: repeat the previous instruction while it is "
     "unfinished, else say what comes after it. Answer with one line of lower-case words and nothing else."
 )
-"""Told to models that were not trained on these answers; not in the paper."""
+"""For models that were not trained on these answers; not in the paper."""
 
 _DESCRIPTIONS: dict[str, str] = {
     "front": "Image in front of the robotic arm:",
@@ -40,24 +40,24 @@ _DESCRIPTIONS: dict[str, str] = {
 }
 
 
-def describe_view(view: str) -> str:
-    """The short description that stands before a view's image."""
-    return _DESCRIPTIONS.get(view, f"Image from the {view.replace('_', ' ')} camera:")
+def describe_camera(camera: str) -> str:
+    """The short description before a camera's image."""
+    return _DESCRIPTIONS.get(camera, f"Image from the {camera.replace('_', ' ')} camera:")
 
 
-def sentences(views: Sequence[str], tells_state: bool = False) -> list[str]:
-    """Every constant sentence of a prompt with these views: a small vocabulary may hold each as one token.
+def sentences(cameras: Sequence[str], has_state: bool = False) -> list[str]:
+    """Every constant sentence of a prompt; the small vocabulary has one token for each.
 
     Args:
-        views: camera names.
-        tells_state: whether the prompt tells the robot's state.
+        cameras: their names.
+        has_state: whether the prompt contains the robot's state.
     """
-    constants = (TASK_BEGIN, TASK_END, PREVIOUS_BEGIN, NO_PREVIOUS, *([STATE_BEGIN] if tells_state else []))
-    return [SYSTEM_MESSAGE, *(describe_view(view) for view in views), *constants]
+    constants = (TASK_BEGIN, TASK_END, PREVIOUS_BEGIN, NO_PREVIOUS, *([STATE_BEGIN] if has_state else []))
+    return [SYSTEM_MESSAGE, *map(describe_camera, cameras), *constants]
 
 
 def answer_forms(grammar: Grammar) -> str:
-    """What to tell an untrained model about answers: the forms that a basic action may have."""
+    """Guidance about answers for an untrained model: the templates of basic actions."""
     if grammar.is_free:
         return ANSWER_RULE
     forms = [f"- {template.texts[0]}" for template in grammar.templates.values()]
@@ -70,7 +70,7 @@ def answer_forms(grammar: Grammar) -> str:
 
 
 def answer_list(known: Sequence[str]) -> str:
-    """What to tell an untrained model about answers: all that there are."""
+    """Guidance about answers for an untrained model: all known answers."""
     return "\n".join([f"{ANSWER_RULE} It is one of these:", *(f"- {text}" for text in known)])
 
 
@@ -79,14 +79,14 @@ class Prompt:
     """One request to the command policy.
 
     Attributes:
-        views: camera names, in the order in which their images are shown.
+        cameras: their names, in the order of their images.
         task: the skill instruction.
         previous: the instruction last commanded, "" at the start of an episode, None to leave its sentence out (the
             paper's form).
         state: the robot's state as numbers, None to leave its sentence out (the paper's form).
     """
 
-    views: tuple[str, ...]
+    cameras: tuple[str, ...]
     task: str
     previous: str | None = None
     state: str | None = None
@@ -98,19 +98,19 @@ class Prompt:
 
     @property
     def descriptions(self) -> tuple[str, ...]:
-        """The description before each view's image, in order."""
-        return tuple(describe_view(view) for view in self.views)
+        """The description before each camera's image, in order."""
+        return tuple(map(describe_camera, self.cameras))
 
     @property
     def request(self) -> tuple[str, ...]:
-        """The text after the last image, in pieces: constant sentences apart from what varies."""
-        told = () if self.state is None else (STATE_BEGIN, self.state)
+        """The text after the last image, in pieces: constant sentences separate from variable text."""
+        state = () if self.state is None else (STATE_BEGIN, self.state)
         before = () if self.previous is None else (PREVIOUS_BEGIN, self.previous or NO_PREVIOUS)
-        return (TASK_BEGIN, self.task, TASK_END, *told, *before)
+        return (TASK_BEGIN, self.task, TASK_END, *state, *before)
 
     @property
-    def asked(self) -> str:
-        """The text after the last image, as one."""
+    def request_text(self) -> str:
+        """The text after the last image."""
         begin, task, end, *rest = self.request
         return " ".join((begin, f"{task}{end}", *rest))
 
@@ -121,7 +121,7 @@ class Prompt:
         for index, description in enumerate(self.descriptions):
             line = "\n" if index else ""
             pieces += [{"type": "text", "text": f"{line}{description} "}, {"type": "image"}]
-        pieces.append({"type": "text", "text": f"\n{self.asked}"})
+        pieces.append({"type": "text", "text": f"\n{self.request_text}"})
         system = [{"type": "text", "text": self.opening}]
         return [{"role": "system", "content": system}, {"role": "user", "content": pieces}]
 
@@ -129,8 +129,8 @@ class Prompt:
         """The whole prompt as one text, with ``image_token`` where an image goes.
 
         Args:
-            image_token: the placeholder that a processor replaces by a view's image tokens.
+            image_token: the placeholder that a processor replaces by an image's tokens.
             template: the language model's own conversation form, with the slots ``{system}`` and ``{request}``.
         """
         shown = [f"{description} {image_token}" for description in self.descriptions]
-        return template.format(system=self.opening, request="\n".join([*shown, self.asked]))
+        return template.format(system=self.opening, request="\n".join([*shown, self.request_text]))

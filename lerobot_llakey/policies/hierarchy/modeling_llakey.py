@@ -13,8 +13,9 @@ from torch import Tensor
 from lerobot_llakey import schema
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.action.modeling_llakey_action import LlakeyActionPolicy
+from lerobot_llakey.policies.command.model_settings import ASSETS
 from lerobot_llakey.policies.command.modeling_llakey_command import LlakeyCommandPolicy
-from lerobot_llakey.policies.command.pretrained.loading import ASSETS, save_assets
+from lerobot_llakey.policies.command.pretrained.loading import save_assets
 from lerobot_llakey.policies.hierarchy.commanders import build_commander
 from lerobot_llakey.policies.hierarchy.configuration_llakey import LlakeyConfig
 from lerobot_llakey.policies.hierarchy.decision import Decision

@@ -13,7 +13,7 @@ from lerobot.policies.pretrained import PreTrainedPolicy
 from lerobot_llakey.checks.dataset import check_dataset
 from lerobot_llakey.errors import LlakeyError, MissingFileError
 from lerobot_llakey.policies.action.dataset_needs import dataset_needs as action_needs
-from lerobot_llakey.policies.command.dataset_needs import dataset_needs as command_needs
+from lerobot_llakey.policies.command.training_dataset import dataset_needs as command_needs
 from lerobot_llakey.policies.hierarchy.configuration_llakey import LlakeyConfig
 from lerobot_llakey.saved.folder import inspect_checkpoint, read_settings
 from lerobot_llakey.saved.own import given_options

@@ -1,4 +1,4 @@
-"""What the command policy says next, and whom it asks."""
+"""The command policy's next instruction, and when its model is asked."""
 
 import math
 
@@ -28,13 +28,13 @@ def test_the_model_is_asked_only_where_the_arm_stands(policy, batch):
     assert True in moves and False in moves
     policy.config.hold_above = None
     model = policy.answer(batch)
-    policy.answered = policy.held = 0
+    policy.answered = policy.gated = 0
     policy.config.hold_above = 0.1
     answers = policy.answer(batch)
-    for moved, said, answer, own in zip(moves, previous, answers, model, strict=True):
-        assert answer.text == (said if moved else own.text)
+    for moved, last, answer, own in zip(moves, previous, answers, model, strict=True):
+        assert answer.text == (last if moved else own.text)
         assert math.isnan(answer.likelihood) if moved else answer.likelihood == pytest.approx(own.likelihood, rel=1e-3)
-    assert (policy.answered, policy.held) == (moves.count(False), moves.count(True))
+    assert (policy.answered, policy.gated) == (moves.count(False), moves.count(True))
     batch[schema.VELOCITY] = torch.ones_like(batch[schema.VELOCITY])
     batch[schema.PREVIOUS_INSTRUCTION] = ["grasp the red block"] * len(moves)
     assert policy.next_instructions(batch) == ["grasp the red block"] * len(moves)

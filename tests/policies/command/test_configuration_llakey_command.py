@@ -15,9 +15,9 @@ def test_settings_survive_saving(small_config, tmp_path):
 @pytest.mark.parametrize(
     ("settings", "message"),
     [
-        ({"history": 2}, "`history` to be 0 or 1, got 2"),
+        ({"history": 2}, "`history` out of 0, 1, got 2"),
         ({"dtype": "float8"}, "got 'float8'"),
-        ({"proprioception": "all"}, "none or pose, got 'all'"),
+        ({"proprioception": "all"}, "`proprioception` out of none, pose, got 'all'"),
         ({"hold_above": 0.0}, "hold_above to be a number above 0, got 0.0"),
         ({"cameras": ["front", "front"]}, "each of cameras once, got 'front'"),
         ({"max_new_tokens": 1}, "max_new_tokens to be a whole number from 2 to 4096, got 1"),

@@ -5,8 +5,7 @@ from lerobot_llakey.policies.command.encoding import IGNORED
 from lerobot_llakey.policies.command.pretrained.encoder import ProcessorEncoder
 from lerobot_llakey.policies.command.pretrained.loading import load_pretrained
 from lerobot_llakey.policies.command.prompt import Prompt, sentences
-from lerobot_llakey.policies.command.small.encoder import WordEncoder
-from lerobot_llakey.policies.command.small.tokenizer import WordTokenizer, grammar_words
+from lerobot_llakey.policies.command.small.tokenizer import WordEncoder, WordTokenizer, grammar_words
 
 PROMPTS = [Prompt(("front", "wrist"), "grasp", ""), Prompt(("front", "wrist"), "grasp the robotic arm", "release")]
 

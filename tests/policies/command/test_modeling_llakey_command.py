@@ -10,8 +10,8 @@ from lerobot.scripts.lerobot_train import train
 from lerobot_llakey import schema
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
+from lerobot_llakey.policies.command.inputs import read_prompts
 from lerobot_llakey.policies.command.modeling_llakey_command import LlakeyCommandPolicy
-from lerobot_llakey.policies.command.reading import read_prompts
 
 
 @pytest.fixture

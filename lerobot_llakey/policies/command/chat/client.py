@@ -1,40 +1,38 @@
-"""Questions to an OpenAI-compatible server: what is tried again, what is given up, and what stops the run.
+"""Questions to an OpenAI-compatible server: which failures are retried, counted, or end the run.
 
-The ``openai`` client carries the requests: it waits longer after each failure, with jitter, or as long as Retry-After
-says (up to two minutes), and keeps keys out of its logs. What a server may take is bounded: ``timeout_s`` for each
-whole answer, ``LONGEST_WAIT`` between two attempts on average, ``MOST_BYTES``, and ``GIVE_UP_SECONDS`` of silence.
+The ``openai`` client sends the requests: it waits longer after each failure, with jitter, or as long as Retry-After
+demands (up to two minutes), and keeps keys out of its logs. Limits hold for every server: ``timeout_s`` for each whole
+answer, ``LONGEST_WAIT`` between two attempts on average, ``MOST_BYTES``, and ``GIVE_UP_SECONDS`` of silence.
 """
 
 from __future__ import annotations
 
 import asyncio
-import json
 import logging
 import os
 import time
+from collections import Counter
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 from lerobot_llakey.errors import LlakeyError, said
 from lerobot_llakey.grammar import Grammar
 from lerobot_llakey.instructions import BASIC_GRAMMAR
-from lerobot_llakey.policies.command.chat.answers import first_instruction
-from lerobot_llakey.policies.command.chat.bounded import Background, bounded_http, too_long
-from lerobot_llakey.policies.command.chat.counts import ChatCounts
-from lerobot_llakey.policies.command.chat.messages import Message
-from lerobot_llakey.policies.command.chat.secrets import repeats
-from lerobot_llakey.policies.command.chat.settings import UNNAMED, ChatSettings
+from lerobot_llakey.policies.command.chat.messages import Message, first_instruction
+from lerobot_llakey.policies.command.chat.settings import UNNAMED, ChatSettings, repeats
+from lerobot_llakey.policies.command.chat.transport import Background, bounded_http, completion_text, too_long
 
 log = logging.getLogger(__name__)
 
 MOST_BYTES = 1_000_000
-"""Of an answer: an instruction has some dozens, the thoughts of a model some thousands."""
+"""Longest answer: an instruction has some dozens, the thoughts of a model some thousands."""
 LONGEST_WAIT = 30.0
 """Seconds between two attempts, on average, whatever Retry-After says."""
 GIVE_UP_SECONDS = 600.0
-"""After so long without any answer, the run ends; it is asked about between questions, not within one."""
+"""The run ends after so long without any answer; checked between questions, not within one."""
 NO_KEY = "none"
-"""Sent as the key where none is set: the client wants one, a server of one's own does not look at it."""
+"""Sent if no key is set: the client needs one, a local server ignores it."""
 
 _RETRIED = {408, 409, 429}
 _REASONS = {
@@ -44,18 +42,37 @@ _REASONS = {
 }
 
 
+@dataclass
+class ChatCounts:
+    """What happened to the requests since the policy was built.
+
+    Attributes:
+        requests: questions asked.
+        answers: answers received.
+        retries: further attempts.
+        unparsable: answers outside the grammar.
+        unanswered: questions without a usable answer after all attempts, by reason.
+    """
+
+    requests: int = 0
+    answers: int = 0
+    retries: int = 0
+    unparsable: int = 0
+    unanswered: Counter[str] = field(default_factory=Counter)
+
+
 class ChatClient:
-    """Asks one model of one server.
+    """Sends questions to one model of one server.
 
     Args:
-        base_url: address of the API, such as http://127.0.0.1:8000/v1; None is that of OpenAI.
+        base_url: address of the API, such as http://127.0.0.1:8000/v1; None is OpenAI's own.
         model: the model's name there.
         settings: see :class:`ChatSettings`.
         max_tokens: longest answer.
         grammar: of the answers.
 
     Attributes:
-        counts: what happened so far.
+        counts: what happened so far; written by the event loop's thread alone.
 
     Raises:
         LlakeyError: if the ``openai`` package is not installed.
@@ -107,22 +124,17 @@ class ChatClient:
         """Where requests go."""
         return str(self._client.base_url)
 
-    def ask(self, messages: Sequence[Message]) -> str:
-        """The answer to one question; see :meth:`ask_all`."""
-        return self.ask_all([messages])[0]
-
     def ask_all(self, conversations: Sequence[Sequence[Message]]) -> list[str]:
-        """The instructions that the model answers with, ``max_parallel`` questions at once; thread-safe.
+        """Ask for one instruction a conversation, ``max_parallel`` at once; thread-safe.
 
         Each question takes at most ``max_attempts`` x ``timeout_s``, and ``LONGEST_WAIT`` for each wait in between.
 
         Returns:
-            One line each, which need not be in the grammar; "" where there was no usable answer after all attempts,
-            which is counted and warned about.
+            One line each, which need not be in the grammar; "" if all attempts failed, which is counted and logged.
 
         Raises:
-            LlakeyError: if asking again would not help: the server refuses the request, it has never given an answer
-                and cannot be reached or speaks something else, or it has answered nothing for ``GIVE_UP_SECONDS``.
+            LlakeyError: if a retry would not help: the server refuses the request; it has never answered and cannot be
+                reached or is no chat server; or it has not answered for ``GIVE_UP_SECONDS``.
         """
         if self._unnamed:
             raise LlakeyError(
@@ -147,7 +159,7 @@ class ChatClient:
         return [task.result() for task in tasks]
 
     async def _ask(self, messages: Sequence[Message]) -> str:
-        self.counts.asked()
+        self.counts.requests += 1
         started = time.monotonic()
         try:
             async with asyncio.timeout(self._longest):
@@ -168,19 +180,22 @@ class ChatClient:
             if str(error) != too_long(MOST_BYTES):
                 raise
             return self._nonsense(too_long(MOST_BYTES), started)
-        text = _content(answer.http_response.content)
+        text = completion_text(answer.http_response.content)
         if text is None:
             return self._nonsense("an answer that is no chat completion", started)
         if self._is_secret(text):
             return self._nonsense("an answer that repeats the API key", started)
         self._reached, self._silent_since = True, None
         instruction = first_instruction(text, self.grammar)
-        unparsable = self.counts.answered(answer.retries_taken, self.grammar.is_parsable(instruction))
-        if unparsable.bit_count() == 1:  # at the first, second, fourth, eighth...
-            log.warning(
-                "%s answered %r, which is no basic action: %d of %d answers so far.",
-                *(self.model, instruction[:80], unparsable, self.counts.answers),
-            )
+        self.counts.answers += 1
+        self.counts.retries += answer.retries_taken
+        if not self.grammar.is_parsable(instruction):
+            self.counts.unparsable += 1
+            if self.counts.unparsable.bit_count() == 1:  # at the first, second, fourth, eighth...
+                log.warning(
+                    "%s answered %r, which is no basic action: %d of %d answers so far.",
+                    *(self.model, instruction[:80], self.counts.unparsable, self.counts.answers),
+                )
         return instruction
 
     def _nonsense(self, what: str, started: float) -> str:
@@ -192,7 +207,9 @@ class ChatClient:
         # The client numbers its attempts in this header.
         request = getattr(error, "request", None)
         retries = 0 if request is None else int(request.headers.get("x-stainless-retry-count", 0))
-        summary = self.counts.failed(reason, retries)
+        self.counts.retries += retries
+        self.counts.unanswered[reason] += 1
+        summary = f"{self.counts.unanswered.total()} of {self.counts.requests} requests unanswered so far"
         log.warning("No answer from %s (%s, %d attempts); %s.", self.address, reason, retries + 1, summary)
         self._silent_since = started if self._silent_since is None else self._silent_since
         silent = time.monotonic() - self._silent_since
@@ -207,7 +224,7 @@ class ChatClient:
         return self._key != NO_KEY and repeats(text, self._key)
 
     def _refused(self, error: Any) -> LlakeyError:
-        """The error for a request that the server will not take, however often it is sent."""
+        """The error for a request that the server rejects, however often it is sent."""
         status = error.status_code
         words = said(error.message, 300)
         if self._is_secret(words):
@@ -229,16 +246,3 @@ class ChatClient:
             f"Expected a chat-completions server at {self.address}, got {what}; start it or correct --policy.base_url "
             "(most end in /v1)."
         )
-
-
-def _content(body: bytes) -> str | None:
-    """The text of a chat completion; None where the body is something else."""
-    try:
-        content = json.loads(body)["choices"][0]["message"]["content"]
-    except (ValueError, LookupError, TypeError, RecursionError):
-        return None
-    if isinstance(content, list):  # some servers answer in parts
-        texts = [part.get("text") for part in content if isinstance(part, dict)]
-        content = "".join(text for text in texts if isinstance(text, str))
-    # A model that only thought, or declined, has answered: with nothing.
-    return content if isinstance(content, str) else "" if content is None else None

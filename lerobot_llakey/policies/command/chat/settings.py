@@ -1,7 +1,9 @@
-"""Settings of the chat backend."""
+"""Settings of the chat backend, and secrets: which address holds one, which text repeats one."""
 
 from __future__ import annotations
 
+import base64
+import re
 from dataclasses import dataclass
 
 from lerobot_llakey.errors import LlakeyError
@@ -11,29 +13,32 @@ UNNAMED = ""
 """In place of a server's address: a loaded checkpoint's, until the user gives one."""
 GUIDANCE = ("forms", "known", "none")
 IMAGE_FORMATS = ("png", "jpeg")
+PIECE = 8
+"""Characters of a secret that are enough to betray it."""
+_NO_SIGN = re.compile(r"[^0-9a-z]")
 
 
 @dataclass
 class ChatSettings:
-    """How a hosted model is asked, on top of its address and name.
+    """How requests to a hosted model are made, besides its address and name.
 
-    What names a variable or a dataset is the user's own: saved in a checkpoint it is shown and ignored.
+    Names of variables and datasets are the user's own: those in a checkpoint are shown and ignored.
 
     Attributes:
-        api_key_env: environment variable that holds the API key. Where it is unset a placeholder is sent, which servers
-            of one's own accept. The key itself is no setting: it is never saved, logged or shown.
-        guidance: what the system message says about answers besides the paper's words: "forms" lists the forms of basic
-            actions, "known" the instructions known from the dataset, "none" leaves the paper's bare prompt.
-        examples: number of solved examples shown before each question, drawn from a keysteps dataset.
-        examples_repo_id, examples_root: that dataset; not one of the episodes that are evaluated.
+        api_key_env: environment variable that holds the API key. If it is unset, a placeholder is sent, which a local
+            server accepts. The key itself is not a setting: it is never saved, logged or shown.
+        guidance: what the system message adds about answers to the paper's prompt: "forms" lists the templates of basic
+            actions, "known" the instructions known from the dataset, "none" adds nothing.
+        examples: number of solved examples before each question, drawn from a keysteps dataset.
+        examples_repo_id, examples_root: that dataset; it must not hold episodes of the evaluation.
         examples_seed: which of its samples are drawn.
-        temperature: of sampling; None leaves it to the server, which some hosted models insist on.
-        max_tokens_field: what the server calls the longest answer: "max_tokens" or, for newer hosted models,
+        temperature: of sampling; None leaves it to the server, as some hosted models require.
+        max_tokens_field: the server's name for the longest answer: "max_tokens" or, for newer hosted models,
             "max_completion_tokens".
         image_format: "png" or "jpeg".
-        timeout_s: seconds for a whole answer at each attempt, from connecting to its last byte.
-        max_attempts: attempts at a request before it counts as unanswered.
-        max_parallel: requests under way at once; one request a row of a batch.
+        timeout_s: seconds for a whole answer in each attempt, from connecting to its last byte.
+        max_attempts: attempts before a request counts as unanswered.
+        max_parallel: requests in flight at once; each row of a batch is one request.
     """
 
     api_key_env: str = users_own("OPENAI_API_KEY")
@@ -68,7 +73,7 @@ class ChatSettings:
 
 
 def check_address(base_url: str | None, model: str | None) -> None:
-    """Refuse an incomplete address, and one that holds a secret, since addresses are saved and shown.
+    """Refuse an incomplete address, and one with a secret in it, since addresses are saved and shown.
 
     Raises:
         LlakeyError: see above.
@@ -90,3 +95,28 @@ def check_address(base_url: str | None, model: str | None) -> None:
             "Expected `base_url` without user name, password or query, got one with; put the key into the environment "
             "variable that chat.api_key_env names."
         )
+
+
+def repeats(text: str, secret: str) -> bool:
+    """Whether a text contains ``PIECE`` successive characters of a secret: forwards, backwards, in base64 or in hex.
+
+    Letter case and signs other than letters and digits are ignored. A shorter secret counts only as a whole; an empty
+    one is in no text.
+    """
+    plain = _NO_SIGN.sub("", text.lower())
+    return any(piece in plain for form in _forms(secret) for piece in _pieces(form))
+
+
+def _forms(secret: str) -> list[str]:
+    raw = secret.encode()
+    # base64 reads three bytes at a time: the letters depend on how many stand before the secret.
+    shifted = [base64.b64encode(bytes(before) + raw)[before + 1 if before else 0 :].decode() for before in range(3)]
+    plain = [secret, raw.hex(), *shifted]
+    return [form for one in plain if (form := _NO_SIGN.sub("", one.lower()))] + [
+        form for one in plain if (form := _NO_SIGN.sub("", one[::-1].lower()))
+    ]
+
+
+def _pieces(form: str) -> list[str]:
+    size = min(PIECE, len(form))
+    return [form[start : start + size] for start in range(len(form) - size + 1)]

@@ -1,4 +1,4 @@
-"""The known answers as a trie of tokens, and generation held to it."""
+"""The known answers as a trie of tokens, and the constraint of generation to them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Node = dict[int, "Node"]
 
 
 class Trie:
-    """The token sequences that an answer may be.
+    """The token sequences of all possible answers.
 
     Args:
         sequences: token ids, each ending with the stop token.
@@ -30,7 +30,7 @@ class Trie:
         return bool(self.root)
 
     def next_tokens(self, prefix: Sequence[int]) -> list[int]:
-        """The tokens that may follow a prefix; none after a complete sequence or outside the trie."""
+        """The tokens that may follow a prefix; empty after a complete sequence or outside the trie."""
         node = self.root
         for token in prefix:
             node = node.get(token, {})
@@ -38,11 +38,11 @@ class Trie:
 
 
 class KnownAnswers(LogitsProcessor):
-    """Leaves only the tokens that go on with a known answer.
+    """Allows only tokens that continue a known answer.
 
     Args:
         trie: the known answers.
-        prompt_length: tokens of the prompt, which come before the answer in the ids.
+        prompt_length: number of tokens before the answer.
         pad_id: the token that follows a complete answer.
     """
 
@@ -52,9 +52,9 @@ class KnownAnswers(LogitsProcessor):
         self.pad_id = pad_id
 
     def __call__(self, input_ids: Tensor, scores: Tensor) -> Tensor:
-        """Scores (B, vocabulary) after ids (B, T), with minus infinity where no known answer goes on."""
-        held = torch.full_like(scores, -torch.inf)
+        """Scores (B, vocabulary) after ids (B, T), minus infinity for tokens that continue no known answer."""
+        constrained = torch.full_like(scores, -torch.inf)
         for row, ids in enumerate(input_ids[:, self.prompt_length :].tolist()):
             allowed = self.trie.next_tokens(ids) or [self.pad_id]
-            held[row, allowed] = scores[row, allowed]
-        return held
+            constrained[row, allowed] = scores[row, allowed]
+        return constrained

@@ -1,1 +1,0 @@
-"""Pretrained image-text models of the Hub: loading, the stop token, what is frozen, their processors."""

@@ -1,6 +1,6 @@
-"""What LoRA and its kin change in an image-text model, and loading what they have learned.
+"""Adapters (LoRA and others) of an image-text model: which layers get them by default, and merging trained ones.
 
-LeRobot wraps a policy in adapters by ``--peft.method_type=LORA --peft.r=...``; here stand this policy's defaults.
+LeRobot wraps a policy in adapters with ``--peft.method_type=LORA --peft.r=...``.
 """
 
 from __future__ import annotations
@@ -14,24 +14,26 @@ from torch import nn
 
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.files import reading
-from lerobot_llakey.policies.command.pretrained.freezing import part_of
-from lerobot_llakey.policies.command.pretrained.settings import ADAPTER as ADAPTER
+from lerobot_llakey.policies.command.model_settings import ADAPTER
+from lerobot_llakey.policies.command.pretrained.loading import part_of
 from lerobot_llakey.saved.folder import read_json
 from lerobot_llakey.saved.weights import check_weights
 
+ADAPTER_WEIGHTS = "adapter_model.safetensors"
+
 
 def adapter_targets(model: nn.Module, trained: Sequence[str], stop_id: int, method: str = "LORA") -> dict[str, Any]:
-    """Settings of ``peft`` that follow what is trained without adapters.
+    """Settings of ``peft`` for the parts that would be trained without adapters.
 
     Args:
         model: an image-text model, named ``model`` within the policy.
-        trained: the parts trained, out of ``PARTS``: language model and vision tower get adapters in all their linear
-            layers, the projector, which is small, is trained whole.
-        stop_id: the stop token, whose row of the output layer is trained too, since it starts from nothing.
-        method: peft's name of the method; LoRA alone can train single rows, others train the output layer whole.
+        trained: the trained parts, out of ``PARTS``: all linear layers of the language model and the vision tower get
+            adapters; the small projector is trained as a whole.
+        stop_id: the stop token; its new row in the output layer is trained too.
+        method: peft's name of the method; only LoRA can train single rows, others train the whole output layer.
 
     Raises:
-        LlakeyError: if no part that gets adapters is trained.
+        LlakeyError: if no trained part gets adapters.
     """
     layers: dict[str, set[str]] = {}
     projectors: set[str] = set()
@@ -62,10 +64,10 @@ def _stem(name: str) -> str:
 
 
 def adapter_base(folder: Path) -> str:
-    """Name or folder of what an adapter was trained on.
+    """Name or folder of the model that an adapter was trained on.
 
     Raises:
-        LlakeyError: if the adapter does not say.
+        LlakeyError: if the adapter does not name it.
     """
     base = read_json(folder / ADAPTER, "adapter's settings").get("base_model_name_or_path")
     if not base or not isinstance(base, str):
@@ -74,10 +76,10 @@ def adapter_base(folder: Path) -> str:
 
 
 def merge_adapter(policy: nn.Module, folder: Path) -> Any:
-    """The policy with an adapter's changes written into its weights.
+    """Merge an adapter into a policy's weights.
 
     Args:
-        policy: what the adapter was trained on.
+        policy: the policy that the adapter was trained on.
         folder: of the adapter.
     """
     from peft import PeftModel
@@ -87,11 +89,8 @@ def merge_adapter(policy: nn.Module, folder: Path) -> Any:
         return PeftModel.from_pretrained(policy, str(folder)).merge_and_unload()
 
 
-ADAPTER_WEIGHTS = "adapter_model.safetensors"
-
-
 class TakesAdapters:
-    """What LeRobot asks a policy before it wraps it in adapters (``PreTrainedPolicy.wrap_with_peft``)."""
+    """The methods that LeRobot calls to wrap a policy in adapters (``PreTrainedPolicy.wrap_with_peft``)."""
 
     config: Any
     model: Any
@@ -99,7 +98,7 @@ class TakesAdapters:
 
     def _get_default_peft_targets(self) -> dict[str, Any]:
         targets = adapter_targets(self.model, self.config.trained_parts, self.encoder.stop_id)
-        # Which method it is, and so how the output layer is trained, is known a step later.
+        # The method, which decides how the output layer is trained, is known one call later.
         return {key: value for key, value in targets.items() if key == "target_modules"}
 
     def _preprocess_peft_cli_overrides(self, cli_overrides: dict[str, Any], peft_method_type: Any) -> dict[str, Any]:
@@ -114,10 +113,10 @@ class TakesAdapters:
             super()._validate_peft_config(peft_config)  # type: ignore[misc]
 
     def _require_adapters(self) -> None:
-        """Refuse to train weights of 4 bits.
+        """Refuse to train 4-bit weights without adapters.
 
         Raises:
-            LlakeyError: if the weights are quantised and the policy is not wrapped in adapters.
+            LlakeyError: if the weights are quantised and the policy has no adapters.
         """
         if self.config.quantize and not self.config.use_peft:
             raise LlakeyError(

@@ -1,4 +1,4 @@
-"""Encodes for a pretrained model, through its own processor."""
+"""Encoder of a pretrained model through its own processor, and the stop token that the processor must know."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from typing import Any
 
 import torch
 from torch import Tensor
-from transformers import LlavaProcessor, PaliGemmaProcessor
+from transformers import LlavaProcessor, PaliGemmaProcessor, PreTrainedModel
 
-from lerobot_llakey.policies.command.encoding import Encoder
+from lerobot_llakey.policies.command.encoding import Encoder, end_answers_with
 from lerobot_llakey.policies.command.prompt import STOP, Prompt
 
 LLAVA_FORM = "{system} USER: {request} ASSISTANT:"
@@ -22,9 +22,9 @@ class ProcessorEncoder(Encoder):
 
     Args:
         processor: a transformers processor of images and text, whose tokenizer knows the stop token.
-        template: the conversation form, with the slots ``{system}`` and ``{request}``; None takes the processor's chat
-            template, or what ``PretrainedModelSettings.prompt_format`` says for processors without a fitting one.
-        settings: given to the processor at every call.
+        template: the conversation form, with the slots ``{system}`` and ``{request}``; None takes the default described
+            for ``ModelSettings.prompt_format``.
+        settings: passed to the processor at every call.
     """
 
     def __init__(self, processor: Any, template: str | None = None, settings: Mapping[str, Any] | None = None) -> None:
@@ -32,7 +32,7 @@ class ProcessorEncoder(Encoder):
         self.settings = dict(settings or {})
         self.pad_id = processor.tokenizer.pad_token_id
         self.stop_id = processor.tokenizer.convert_tokens_to_ids(STOP)
-        # PaliGemma reads the prompt both ways, and answers, of type 1, from left to right only.
+        # PaliGemma attends both ways in the prompt, and from left to right in answers, of type 1.
         self.answer_type_id = int(isinstance(processor, PaliGemmaProcessor))
         self._image_token = getattr(processor, "image_token", "<image>")
         if template is None and isinstance(processor, LlavaProcessor):
@@ -45,7 +45,7 @@ class ProcessorEncoder(Encoder):
         self._before_answer = "\n" if ends_with_space else ": "
 
     def text(self, prompt: Prompt) -> str:
-        """A prompt as the processor takes it, one placeholder an image."""
+        """A prompt in the processor's form, with one placeholder an image."""
         if self.template is not None:
             return prompt.text(self._image_token, self.template)
         return self.processor.apply_chat_template(prompt.conversation, add_generation_prompt=True, tokenize=False)
@@ -68,7 +68,7 @@ class ProcessorEncoder(Encoder):
         return {key: value.to(images.device) for key, value in inputs.items() if key != "labels"}
 
     def answer(self, text: str) -> list[int]:
-        # Tokenised after what precedes it in a prompt: a first word alone would get another form.
+        # Tokenised with the text before it: many tokenizers treat the first word of a text differently.
         encode = self.processor.tokenizer.encode
         before = encode(self._before_answer.rstrip(" "), add_special_tokens=False)
         ids = encode(self._before_answer + text, add_special_tokens=False)
@@ -82,3 +82,32 @@ class ProcessorEncoder(Encoder):
                 break
             kept.append(token)
         return " ".join(self.processor.tokenizer.decode(kept, skip_special_tokens=True).split())
+
+
+def add_stop_token(model: PreTrainedModel, processor: Any) -> None:
+    """Add the paper's stop token to a pretrained model's tokenizer and embeddings, and end generation at it.
+
+    A new token starts as the mean of the others in the embedding and the output layer. So every process and every later
+    run gets the same weights from the same model, which an adapter needs: it is saved without them.
+    """
+    tokenizer = processor.tokenizer
+    is_new = STOP not in tokenizer.get_vocab()
+    tokenizer.add_special_tokens({"additional_special_tokens": [STOP]}, replace_extra_special_tokens=False)
+    stop_id = tokenizer.convert_tokens_to_ids(STOP)
+    embeddings: Any = model.get_input_embeddings()
+    known = min(embeddings.num_embeddings, stop_id)
+    if len(tokenizer) > embeddings.num_embeddings:
+        model.resize_token_embeddings(len(tokenizer), mean_resizing=False)
+    if is_new:
+        _start_as_mean(model, stop_id, known)
+    if tokenizer.pad_token_id is None:
+        tokenizer.pad_token = tokenizer.eos_token or STOP
+    end_answers_with(model, stop_id, tokenizer.pad_token_id)
+
+
+@torch.no_grad()
+def _start_as_mean(model: PreTrainedModel, stop_id: int, known: int) -> None:
+    layers: list[Any] = [model.get_input_embeddings(), model.get_output_embeddings()]
+    for layer in layers:
+        if layer is not None and layer.weight.device.type != "meta":
+            layer.weight[known:] = layer.weight[:known].float().mean(0).to(layer.weight.dtype)

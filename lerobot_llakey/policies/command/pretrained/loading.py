@@ -1,29 +1,33 @@
-"""Loads a pretrained image-text model with its processor, and rebuilds one from a checkpoint."""
+"""Loads a pretrained image-text model and its processor, rebuilds them from a checkpoint, and freezes parts."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import torch
-from transformers import AutoConfig, AutoModelForImageTextToText, AutoProcessor, PreTrainedModel
+from torch import nn
+from transformers import AutoConfig, AutoModelForImageTextToText, AutoProcessor, BitsAndBytesConfig, PreTrainedModel
 
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.files import reading
-from lerobot_llakey.policies.command.pretrained.quantization import quantized_loading
-from lerobot_llakey.policies.command.pretrained.settings import ASSETS as ASSETS
-from lerobot_llakey.policies.command.pretrained.stop_token import add_stop_token
+from lerobot_llakey.policies.command.model_settings import PARTS
+from lerobot_llakey.policies.command.pretrained.encoder import add_stop_token
 from lerobot_llakey.saved.folder import require_file
 
 _NOT_CONNECTED = ("couldn't connect", "offline", "locate the file on the hub", "max retries", "connection error")
+_PROJECTOR = re.compile(r"(^|\.)(multi_modal_projector|connector|aligner|image_newline|[a-z_]*merger[a-z_]*)(\.|$)")
+_VISION = re.compile(r"(^|\.)(vision_tower|vision_model|visual)(\.|$)")
 
 
 def load_pretrained(
     name: str, weights_dtype: str = "float32", quantize: str | None = None
 ) -> tuple[PreTrainedModel, Any]:
-    """A pretrained image-text model and its processor, taught the stop token where it is lacking.
+    """A pretrained image-text model and its processor, with the stop token added if they lack it.
 
     Args:
         name: Hub name or local folder.
@@ -31,7 +35,7 @@ def load_pretrained(
         quantize: "4bit" or None.
 
     Raises:
-        LlakeyError: if there is no such model, it is out of reach, it takes no images, or it cannot be quantised here.
+        LlakeyError: if the model is unknown, out of reach, takes no images, or cannot be quantised on this machine.
     """
     looks_local = name.startswith((".", "/", "~")) or name.count("/") > 1
     path = Path(name).expanduser()
@@ -42,7 +46,7 @@ def load_pretrained(
     source = str(path) if path.is_dir() else name
     options = {"dtype": getattr(torch, weights_dtype), **quantized_loading(quantize)}
     try:
-        # Left out, code beside the weights would be asked about on the terminal; it is never run.
+        # By default transformers would ask on the terminal about code beside the weights; it is never run.
         config = AutoConfig.from_pretrained(source, trust_remote_code=False)
         if type(config) not in AutoModelForImageTextToText._model_mapping:
             raise LlakeyError(
@@ -58,20 +62,20 @@ def load_pretrained(
             f"Expected `model` with a processor of images and text, got {name!r} with a {type(processor).__name__}; "
             "save the model's processor beside it."
         )
-    vars(model.config).pop("auto_map", None)  # code that was not run is not passed on either
+    vars(model.config).pop("auto_map", None)  # a saved checkpoint must not name the code either
     add_stop_token(model, processor)
     return model, processor
 
 
 def build_from_assets(folder: Path, weights_dtype: str = "float32") -> tuple[PreTrainedModel, Any]:
-    """The architecture of a saved pretrained model without its weights, and its processor.
+    """The architecture of a saved pretrained model, without its weights, and its processor.
 
     Args:
-        folder: what :func:`save_assets` wrote.
+        folder: written by :func:`save_assets`.
         weights_dtype: "float32" or "bfloat16".
 
     Raises:
-        LlakeyError: if a file is broken, or names code to run.
+        LlakeyError: if a file is broken or names code to run.
     """
     for file in sorted(folder.rglob("*")):
         if not file.is_dir():
@@ -89,7 +93,7 @@ def build_from_assets(folder: Path, weights_dtype: str = "float32") -> tuple[Pre
 
 
 def refuse_code(file: Path) -> None:
-    """Refuse a JSON file of a checkpoint that names code: modules beside it, or kernels of the Hub.
+    """Refuse a JSON file of a checkpoint that names code: modules beside it, or kernels on the Hub.
 
     Raises:
         LlakeyError: naming the file.
@@ -106,13 +110,15 @@ def _code(content: Mapping[str, Any]) -> str:
     for name, value in content.items():
         if name == "auto_map" or (name.endswith("attn_implementation") and "/" in str(value)):
             return f"{name} {str(value)[:80]}"
-        if isinstance(value, dict) and name != "model" and (found := _code(value)):  # a tokenizer's vocabulary is large
+        if (
+            isinstance(value, dict) and name != "model" and (found := _code(value))
+        ):  # skips a tokenizer's large vocabulary
             return found
     return ""
 
 
 def save_assets(folder: Path, model: PreTrainedModel, processor: Any) -> None:
-    """Write what rebuilds the architecture and its processor, all but the weights."""
+    """Save the architecture and its processor, without the weights."""
     folder.mkdir(parents=True, exist_ok=True)
     model.config.save_pretrained(folder)
     processor.save_pretrained(folder)
@@ -133,3 +139,64 @@ def _reason(name: str, error: Exception) -> str:
     if isinstance(error, ImportError):
         return f"Expected the packages that the model {name!r} needs, got a machine without one; install it: {first}"
     return f"Expected `model` to name an image-text model with its processor, got {name!r} ({first}); check the name."
+
+
+def quantized_loading(quantize: str | None) -> dict[str, Any]:
+    """Arguments for ``from_pretrained`` that quantise the weights for QLoRA (Dettmers et al. 2023); {} for None.
+
+    Raises:
+        LlakeyError: if bitsandbytes or a CUDA GPU is missing.
+    """
+    if quantize is None:
+        return {}
+    missing = [] if find_spec("bitsandbytes") else ["bitsandbytes"]
+    missing += [] if torch.cuda.is_available() else ["a CUDA GPU"]
+    if missing:
+        raise LlakeyError(
+            f"Expected bitsandbytes and a CUDA GPU for quantize={quantize}, got a machine without "
+            f"{' and '.join(missing)}; use a machine that has them or set quantize=null."
+        )
+    return {"quantization_config": four_bit_settings(), "device_map": {"": torch.cuda.current_device()}}
+
+
+def four_bit_settings() -> BitsAndBytesConfig:
+    """QLoRA's settings: NormalFloat4, quantised scales, products in bfloat16."""
+    return BitsAndBytesConfig(
+        load_in_4bit=True,
+        bnb_4bit_quant_type="nf4",
+        bnb_4bit_use_double_quant=True,
+        bnb_4bit_compute_dtype=torch.bfloat16,
+    )
+
+
+def part_of(name: str) -> str:
+    """The part, out of ``PARTS``, that a parameter or module of an image-text model belongs to.
+
+    Args:
+        name: its name in the model. Qwen-VL's projector ("visual.merger") is inside its vision tower.
+    """
+    if _PROJECTOR.search(name):
+        return "projector"
+    return "vision" if _VISION.search(name) else "language"
+
+
+def train_parts(model: nn.Module, trained: Sequence[str]) -> None:
+    """Freeze all but some parts of a model.
+
+    Args:
+        model: an image-text model of transformers.
+        trained: the parts, out of ``PARTS``.
+
+    Raises:
+        LlakeyError: if some parts are to be frozen and the model has none of a known name.
+    """
+    parts = {name: part_of(name) for name, _ in model.named_parameters()}
+    missing = sorted(set(PARTS) - set(parts.values()))
+    if missing and set(trained) != set(PARTS):
+        raise LlakeyError(
+            f"Expected {type(model).__name__} to have the parts {list(PARTS)}, got none that is known as "
+            f"{' and '.join(missing)}; set train=[vision,projector,language] to train all of it."
+        )
+    for name, value in model.named_parameters():
+        if parts[name] not in trained:
+            value.requires_grad_(False)

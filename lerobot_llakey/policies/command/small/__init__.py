@@ -1,1 +1,0 @@
-"""Our own small LLaVA: its network, its tokenizer, its encoder and its training aid."""

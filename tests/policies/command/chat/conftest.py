@@ -219,7 +219,7 @@ def _conversation(prompt: Prompt, colour: str) -> list[dict[str, Any]]:
         shown += [{"type": "text", "text": description}, {"type": "image", "image": image}]
     return [
         {"role": "system", "content": [{"type": "text", "text": prompt.opening}]},
-        {"role": "user", "content": [*shown, {"type": "text", "text": prompt.asked}]},
+        {"role": "user", "content": [*shown, {"type": "text", "text": prompt.request_text}]},
     ]
 
 

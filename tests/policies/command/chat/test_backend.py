@@ -11,18 +11,18 @@ from lerobot_llakey.policies.command.modeling_llakey_command import LlakeyComman
 from lerobot_llakey.policies.command.prompt import SYSTEM_MESSAGE, Prompt, answer_forms, answer_list
 
 COLOURS = {"red": (230, 20, 20), "green": (20, 210, 20), "blue": (20, 20, 230), "yellow": (230, 230, 20)}
-VIEWS = ["left_shoulder", "front"]
+CAMERAS = ["left_shoulder", "front"]
 
 
 def test_a_served_model_sees_the_images_and_reads_the_task(served_llava):
     base_url, model = served_llava
-    settings = {"device": "cpu", "push_to_hub": False, "cameras": VIEWS}
+    settings = {"device": "cpu", "push_to_hub": False, "cameras": CAMERAS}
     config = LlakeyCommandConfig(backend="chat", base_url=base_url, model=model, **settings)
     config.chat.guidance = "none"
     policy = LlakeyCommandPolicy(config)
     tasks = ["grasp", "move", "grasp", "move"]
     images = torch.stack([(torch.tensor(paint) / 255)[:, None, None].expand(3, 16, 16) for paint in COLOURS.values()])
-    batch = {schema.image_key(view): images for view in VIEWS} | {schema.TASK: tasks}
+    batch = {schema.image_key(camera): images for camera in CAMERAS} | {schema.TASK: tasks}
     assert policy.next_instructions(batch) == [
         "grasp the red block",
         "move to the top of the green block",

@@ -12,9 +12,9 @@ def test_trie_offers_what_may_follow():
 
 
 def test_only_known_answers_keep_their_scores():
-    held = KnownAnswers(Trie([[1, 2, 9], [4, 9]]), prompt_length=2, pad_id=0)
+    constraint = KnownAnswers(Trie([[1, 2, 9], [4, 9]]), prompt_length=2, pad_id=0)
     scores = torch.arange(10.0).repeat(3, 1)
     ids = torch.tensor([[5, 5, 1], [5, 5, 4], [5, 5, 9]])
-    result = held(ids, scores)
+    result = constraint(ids, scores)
     assert [row.isfinite().nonzero().flatten().tolist() for row in result] == [[2], [9], [0]]
     assert result[0, 2] == scores[0, 2]

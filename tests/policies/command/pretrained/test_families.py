@@ -8,8 +8,8 @@ import torch
 from fakes_models import TINY, write_tiny
 from lerobot_llakey import schema
 from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
+from lerobot_llakey.policies.command.inputs import read_prompts
 from lerobot_llakey.policies.command.modeling_llakey_command import LlakeyCommandPolicy
-from lerobot_llakey.policies.command.reading import read_prompts
 
 
 @pytest.mark.parametrize("family", TINY)

@@ -3,11 +3,21 @@ import os
 
 import pytest
 import torch
+from torch import nn
 from transformers import LlamaConfig, LlamaForCausalLM
 
-from fakes_models import llama_tokenizer, write_tiny
+from fakes_models import TINY, llama_tokenizer, write_tiny
 from lerobot_llakey.errors import LlakeyError
-from lerobot_llakey.policies.command.pretrained.loading import build_from_assets, load_pretrained, save_assets
+from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
+from lerobot_llakey.policies.command.modeling_llakey_command import LlakeyCommandPolicy
+from lerobot_llakey.policies.command.pretrained import loading
+from lerobot_llakey.policies.command.pretrained.loading import (
+    build_from_assets,
+    load_pretrained,
+    part_of,
+    save_assets,
+    train_parts,
+)
 
 
 def test_weights_come_in_the_precision_asked_for(tmp_path):
@@ -109,3 +119,71 @@ def test_a_broken_file_of_a_checkpoints_language_model_is_one_sentence(assets, n
     os.mkfifo(file)
     with pytest.raises(LlakeyError, match=rf"{name}, got a named pipe"):
         build_from_assets(assets)
+
+
+def test_nothing_is_quantised_unless_asked():
+    assert loading.quantized_loading(None) == {}
+
+
+def test_four_bits_are_those_of_qlora():
+    settings = loading.four_bit_settings()
+    assert settings.load_in_4bit and settings.bnb_4bit_use_double_quant
+    assert (settings.bnb_4bit_quant_type, settings.bnb_4bit_compute_dtype) == ("nf4", torch.bfloat16)
+
+
+def test_a_machine_without_what_it_needs_is_named(tmp_path, monkeypatch):
+    monkeypatch.setattr(torch.cuda, "is_available", lambda: False)
+    monkeypatch.setattr(loading, "find_spec", lambda name: None)
+    config = LlakeyCommandConfig(
+        device="cpu", model=str(write_tiny("llava", tmp_path)), quantize="4bit", cameras=["front"]
+    )
+    with pytest.raises(ValueError, match="quantize=4bit, got a machine without bitsandbytes and a CUDA GPU"):
+        LlakeyCommandPolicy(config)
+
+
+def test_weights_of_four_bits_are_not_trained_without_adapters(tmp_path):
+    model = str(write_tiny("llava", tmp_path))
+    policy = LlakeyCommandPolicy(LlakeyCommandConfig(device="cpu", model=model, cameras=["front"]))
+    policy.config.quantize = "4bit"
+    with pytest.raises(ValueError, match=r"Expected adapters to train with quantize=4bit.*--peft"):
+        policy.get_optim_params()
+    policy.config.use_peft = True
+    assert policy.get_optim_params()
+
+
+def _trained(model) -> set[str]:
+    return {part_of(name) for name, value in model.named_parameters() if value.requires_grad}
+
+
+@pytest.mark.parametrize("family", TINY)
+@pytest.mark.parametrize("parts", [{"projector", "language"}, {"vision", "projector"}, {"language"}])
+def test_the_parts_of_every_family_are_told_apart(family, parts):
+    model, _ = TINY[family]()
+    train_parts(model, sorted(parts))
+    assert _trained(model) == parts
+    towers = ("vision_tower", "vision_model", "visual.blocks")
+    for name, value in model.named_parameters():
+        if any(tower in name for tower in towers):
+            assert value.requires_grad == ("vision" in parts), name
+
+
+@pytest.mark.parametrize(
+    ("name", "part"),
+    [
+        ("model.visual.merger.mlp.0.weight", "projector"),
+        ("model.visual.deepstack_merger_list.0.norm.weight", "projector"),
+        ("model.visual.blocks.0.norm1.weight", "vision"),
+        ("model.image_newline", "projector"),
+        ("model.language_model.layers.0.mlp.up_proj.weight", "language"),
+        ("lm_head.weight", "language"),
+    ],
+)
+def test_names_tell_the_part(name, part):
+    assert part_of(name) == part
+
+
+def test_a_model_of_unknown_parts_is_named_unless_all_of_it_is_trained():
+    model = nn.Sequential(nn.Linear(2, 2))
+    train_parts(model, ["vision", "projector", "language"])
+    with pytest.raises(ValueError, match=r"got none that is known as projector and vision; set train="):
+        train_parts(model, ["language"])

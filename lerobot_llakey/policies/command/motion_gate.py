@@ -1,7 +1,7 @@
-"""While the arm moves, what it was last told holds, and no model need be asked.
+"""The motion gate: while the arm moves, the last instruction stays and no model is asked.
 
-A keyframe is where the arm comes to rest (paper, section III-A), which no single picture shows: just before it the
-scene looks as at it. The joints' encoders tell the two apart.
+The arm comes to rest at a keyframe (paper, section III-A). A single image does not show that: the scene looks the same
+just before. The joints' velocities do.
 """
 
 from __future__ import annotations
@@ -17,23 +17,23 @@ from lerobot_llakey.policies.batch import check_finite, read_numbers
 from lerobot_llakey.policies.texts import text_column
 
 MOVING_ABOVE = 0.1
-"""Radians a second of the fastest joint: twice what keyframe discovery takes for rest, so that an arm that still
-settles counts as standing."""
+"""Radians a second of the fastest joint: twice the limit of keyframe discovery, so that an arm that is still settling
+counts as standing."""
 
 
 def moving(velocities: Tensor, above: float = MOVING_ABOVE) -> Tensor:
-    """Whether the arm moves, (B,) bool, at velocities (B, J) of its joints; an arm that tells none stands."""
+    """Whether the arm moves, (B,) bool, at velocities (B, J) of its joints; without joints it counts as standing."""
     return (velocities.abs() > above).any(dim=1)
 
 
-def held_instructions(batch: Mapping[str, Any], above: float | None, joints: int) -> list[str | None]:
-    """For each row of a batch the instruction that holds since its arm moves; None where the model is to be asked.
+def gated_instructions(batch: Mapping[str, Any], above: float | None, joints: int) -> list[str | None]:
+    """The previous instruction of each row with a moving arm; None where the model must be asked.
 
     Args:
         batch: with ``task`` as a list of B texts. Without ``observation.velocity`` (B, joints and the gripper) or
             ``previous_instruction`` the model is asked about all rows, as it is at the start of an episode.
         above: speed of the fastest joint in radians a second above which the arm moves; None asks about all rows.
-        joints: how many velocities are those of joints; they come first.
+        joints: number of joints, whose velocities come first.
 
     Raises:
         LlakeyError: if a task is missing or empty, or a velocity is missing or not finite.

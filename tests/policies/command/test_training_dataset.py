@@ -4,7 +4,7 @@ import pytest
 
 from fakes import fake_keysteps
 from lerobot_llakey import schema
-from lerobot_llakey.policies.command.vocabulary import dataset_instructions, dataset_tasks
+from lerobot_llakey.policies.command.training_dataset import dataset_instructions, dataset_tasks
 
 
 def test_reads_tasks_and_distinct_instructions(keysteps):

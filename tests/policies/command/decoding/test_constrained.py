@@ -4,13 +4,10 @@ import pytest
 import torch
 
 from lerobot_llakey import schema
-from lerobot_llakey.policies.command.decoding.branches import decode_by_branches
-from lerobot_llakey.policies.command.decoding.decode import decode_answers
-from lerobot_llakey.policies.command.decoding.steps import decode_by_steps
+from lerobot_llakey.policies.command.decoding.constrained import decode_answers, decode_by_branches, decode_by_steps
 from lerobot_llakey.policies.command.decoding.trie import Trie
-from lerobot_llakey.policies.command.images import stack_views
+from lerobot_llakey.policies.command.inputs import read_prompts, stack_cameras
 from lerobot_llakey.policies.command.modeling_llakey_command import LlakeyCommandPolicy
-from lerobot_llakey.policies.command.reading import read_prompts
 
 
 @pytest.fixture
@@ -26,7 +23,7 @@ def policy(small_config, keysteps) -> LlakeyCommandPolicy:
 def inputs(policy, batch) -> dict:
     tasks = [f"pick up {'the very ' * index}red block" for index in range(6)]
     prompts = read_prompts(batch | {schema.TASK: tasks}, policy.config)
-    return policy.encoder.prompts(stack_views(batch, policy.config.image_keys), prompts)
+    return policy.encoder.prompts(stack_cameras(batch, policy.config.image_keys), prompts)
 
 
 def answers_by_scores(policy, inputs, texts) -> torch.Tensor:
