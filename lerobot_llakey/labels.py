@@ -10,7 +10,7 @@ import numpy as np
 from lerobot_llakey import schema
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.geometry import unit_quaternion
-from lerobot_llakey.keyframes import segments
+from lerobot_llakey.keyframes.segments import segments
 
 OPEN_ABOVE = 0.9
 """Share of the widest opening above which a gripper counts as open, as RLBench and thereby PerAct and RVT have it: a

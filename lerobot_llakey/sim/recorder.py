@@ -11,7 +11,7 @@ import numpy as np
 from lerobot_llakey import schema
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.geometry import DOWN, nearest_sign
-from lerobot_llakey.keyframes import discover_keyframes
+from lerobot_llakey.keyframes.rest import discover_keyframes
 from lerobot_llakey.labels import Interruption, Labels, label
 from lerobot_llakey.sim.cameras import RGBD, CameraRig
 from lerobot_llakey.sim.expert import ExpertStep, demonstrate

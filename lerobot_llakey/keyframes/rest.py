@@ -1,15 +1,12 @@
-"""Keyframe discovery on any recorded trajectory, simulated or real.
+"""The rule ``rest``: a keyframe is where the robot has come to rest after moving.
 
-A keyframe (key state) is a frame at which a basic action has just been completed. The paper (section III-A) follows
-PerAct: the gripper's state changed, all joint velocities are near zero, or it is the last frame. Here these are one
+The paper (section III-A) follows PerAct: the gripper's state changed, all joint velocities are near zero, or it is the last
+frame. Here these are one
 idea, the *rest*: the robot moves, then neither arm nor gripper moves for a while, and the first frame of that rest is
 the keyframe. An arm that stops, closes its gripper at once and then rests thus gives one keyframe, after the closing.
 """
 
 from __future__ import annotations
-
-from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -156,42 +153,3 @@ def _within(strays: tuple[np.ndarray, ...], tolerances: tuple[float, ...], noise
     """For each frame of a rest, whether arm and gripper are as near to where they stay as noise allows."""
     limits = zip(strays, tolerances, noise, strict=True)
     return np.all([stray.max(axis=1) <= tolerance + 4.0 * sigma for stray, tolerance, sigma in limits], axis=0)
-
-
-@dataclass(frozen=True)
-class Segments:
-    """What the keyframe columns of a dataset hold, one entry a frame.
-
-    Attributes:
-        index: (T,) int64, the segment in which the frame is a starting point: the number of keyframes up to and
-            including it. A keyframe thus starts the segment that leads to the next one; the last frame, with nothing
-            left to do, stays in the last segment.
-        next_frame: (T,) int64, the keyframe that ends that segment; the last frame's is itself.
-        is_keyframe: (T,) bool.
-    """
-
-    index: npt.NDArray[np.int64]
-    next_frame: npt.NDArray[np.int64]
-    is_keyframe: npt.NDArray[np.bool_]
-
-
-def segments(keyframes: list[int], length: int) -> Segments:
-    """The segments between keyframes, frame by frame.
-
-    Args:
-        keyframes: increasing frame indices, the last one ``length - 1``, as :func:`discover_keyframes` gives them.
-        length: number of frames T.
-
-    Raises:
-        LlakeyError: if the keyframes do not increase, hold frame 0 or do not end at the last frame.
-    """
-    frames: np.ndarray[Any, np.dtype[np.int64]] = np.asarray(keyframes, dtype=np.int64)
-    if len(frames) == 0 or frames[0] <= 0 or frames[-1] != length - 1 or np.any(np.diff(frames) <= 0):
-        raise LlakeyError(
-            f"Expected increasing keyframes above 0 that end at the last frame {length - 1}, got {list(keyframes)}; "
-            "use discover_keyframes."
-        )
-    index = np.searchsorted(frames, np.arange(length), side="right").clip(max=len(frames) - 1)
-    is_keyframe = np.zeros(length, dtype=bool)
-    is_keyframe[frames] = True
-    return Segments(index.astype(np.int64), frames[index], is_keyframe)

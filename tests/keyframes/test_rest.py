@@ -11,7 +11,8 @@ from scipy.spatial.transform import Rotation
 from fakes_trajectories import SEGMENTS, fake_trajectory
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.geometry import continuous_quaternions
-from lerobot_llakey.keyframes import discover_keyframes, pose_numbers, segments
+from lerobot_llakey.keyframes.rest import discover_keyframes, pose_numbers
+from lerobot_llakey.keyframes.segments import segments
 
 FPS = 10.0
 

@@ -1,0 +1,117 @@
+"""The rule ``waypoints``: where the gripper opens or closes, and where the hand's path has its corners.
+
+Needs no rest: the corners are those of the polyline that Douglas and Peucker (1973) simplify the path to, between one
+event of the gripper and the next. Automatic waypoint extraction (AWE; Shi, Sharma, Zhao and Finn 2023) asks for the
+fewest waypoints from which the path is got back to within an error; which of many equal answers it gives is chance, so
+here the corners are then moved to where the polyline fits best.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lerobot_llakey.bounds import require_number
+from lerobot_llakey.keyframes.gripper import gripper_events
+from lerobot_llakey.keyframes.motion import Motion, smoothed
+from lerobot_llakey.keyframes.rest import pose_numbers
+
+_SMOOTH_SECONDS = 0.4
+_FITTING_ROUNDS = 4
+
+
+def waypoint_keyframes(
+    motion: Motion, *, position_tolerance: float = 0.02, rotation_tolerance: float = 15.0
+) -> list[int]:
+    """Frames at which the gripper has opened or closed, and corners of the hand's path between them.
+
+    Args:
+        motion: one episode.
+        position_tolerance: metres by which the polyline may miss the path.
+        rotation_tolerance: degrees by which it may miss the hand's rotation.
+
+    Returns:
+        Increasing frame indices; the last one is T - 1.
+
+    Raises:
+        LlakeyError: if a tolerance makes no sense.
+    """
+    require_number("path_tolerance", position_tolerance, 0, 1, open="low")
+    require_number("turn_tolerance", rotation_tolerance, 0, 180, open="low")
+    path = hand_path(motion, position_tolerance, rotation_tolerance)
+    last = len(motion) - 1
+    events = gripper_frames(motion, path)
+    bounds = [0, *(frame for frame in events if 0 < frame < last), last]
+    corners: list[int] = []
+    for begin, end in zip(bounds, bounds[1:], strict=False):
+        corners += _fitted(path, simplify(path, begin, end))[1:]
+    return sorted(set(corners))
+
+
+def hand_path(motion: Motion, position_tolerance: float, rotation_tolerance: float) -> np.ndarray:
+    """The smoothed path (T, 7) of the hand, in units of the tolerances; rotations in degrees."""
+    quiet = smoothed(motion.poses, motion.fps, _SMOOTH_SECONDS)
+    quiet[:, 3:] /= np.linalg.norm(quiet[:, 3:], axis=1, keepdims=True)
+    return pose_numbers(quiet, position_tolerance, np.deg2rad(min(rotation_tolerance, 57.0)))
+
+
+def gripper_frames(motion: Motion, path: np.ndarray) -> list[int]:
+    """The keyframe of each gripper's event: where it is done, or before, where the hand has not left yet.
+
+    Args:
+        motion: one episode.
+        path: (T, N) of the hand in units of what it may stray.
+    """
+    frames = []
+    for begin, end in gripper_events(motion):
+        steps = np.linalg.norm(np.diff(path[begin : end + 1], axis=0), axis=1)
+        centre = path[begin + int(np.argmin(steps))] if len(steps) else path[begin]
+        there = np.linalg.norm(path[begin : end + 1] - centre, axis=1) <= 0.5
+        frames.append(begin + int(np.flatnonzero(there)[-1]))
+    return frames
+
+
+def simplify(path: np.ndarray, begin: int, end: int) -> list[int]:
+    """Frames from ``begin`` to ``end`` whose polyline misses no frame of the path (T, N) by more than 1."""
+    keep, open_spans = {begin, end}, [(begin, end)]
+    while open_spans:
+        first, last = open_spans.pop()
+        if last - first < 2:
+            continue
+        misses = _misses(path[first : last + 1])
+        worst = int(np.argmax(misses))
+        if misses[worst] > 1.0:
+            keep.add(first + worst)
+            open_spans += [(first, first + worst), (first + worst, last)]
+    return sorted(keep)
+
+
+def _misses(points: np.ndarray) -> np.ndarray:
+    """Distance of each point (T, N) from the line between the first and the last one."""
+    start, along = points[0], points[-1] - points[0]
+    length = float(along @ along)
+    shares = np.zeros(len(points)) if length == 0 else ((points - start) @ along / length).clip(0, 1)
+    return np.asarray(np.linalg.norm(points - start - shares[:, None] * along, axis=1))
+
+
+def _fitted(path: np.ndarray, corners: list[int]) -> list[int]:
+    """The corners between the first and the last one, moved to where the squares of all misses are least.
+
+    Corners that the polyline then does without are dropped.
+    """
+    corners = list(corners)
+    for _ in range(_FITTING_ROUNDS):
+        before = list(corners)
+        for place in range(1, len(corners) - 1):
+            low, high = corners[place - 1], corners[place + 1]
+            costs = [_cost(path, low, middle) + _cost(path, middle, high) for middle in range(low + 1, high)]
+            corners[place] = low + 1 + int(np.argmin(costs))
+        for place in range(len(corners) - 2, 0, -1):
+            if _misses(path[corners[place - 1] : corners[place + 1] + 1]).max() <= 1.0:
+                del corners[place]
+        if corners == before:
+            break
+    return corners
+
+
+def _cost(path: np.ndarray, first: int, last: int) -> float:
+    return float(np.square(_misses(path[first : last + 1])).sum())
