@@ -12,7 +12,7 @@ from lerobot_llakey.keyframes.gripper import gripper_events
 from lerobot_llakey.keyframes.motion import Motion
 from lerobot_llakey.keyframes.rest import discover_keyframes, pose_numbers
 from lerobot_llakey.keyframes.speed import speed_keyframes
-from lerobot_llakey.keyframes.waypoints import waypoint_keyframes
+from lerobot_llakey.keyframes.waypoints import hand_path, waypoint_keyframes
 
 RULES = ("rest", "waypoints", "speed")
 """What ``--keyframes`` may name, joined by a plus sign; a keyframe that two found almost alike is the earlier named's."""
@@ -77,7 +77,7 @@ def find_by_rules(motion: Motion, rules: tuple[str, ...], settings: RuleSettings
     settings = settings or RuleSettings()
     require_number("merge_within", settings.merge, 0, 60)
     found = [(rule, frame) for rule in rules for frame in _of_rule(motion, rule, settings)]
-    return _merged(motion, found, rules, settings.merge)
+    return _merged(motion, found, rules, settings)
 
 
 def _of_rule(motion: Motion, rule: str, settings: RuleSettings) -> list[int]:
@@ -96,20 +96,29 @@ def _of_rule(motion: Motion, rule: str, settings: RuleSettings) -> list[int]:
     )
 
 
-def _merged(motion: Motion, found: list[tuple[str, int]], rules: tuple[str, ...], seconds: float) -> list[int]:
-    """One of any keyframes of different rules, or beside an event of the gripper, that lie within a moment.
+def _merged(motion: Motion, found: list[tuple[str, int]], rules: tuple[str, ...], settings: RuleSettings) -> list[int]:
+    """One of any keyframes that lie within a moment, or between which neither hand nor gripper went anywhere.
 
-    ``rest`` alone is left as it is: its keyframes have a rest between them.
+    ``rest`` alone is left as it is: its keyframes have a motion between them.
     """
     if rules == ("rest",):
         return sorted({frame for _, frame in found})
-    last, within = len(motion) - 1, seconds * motion.fps
-    events = [end for _, end in gripper_events(motion)]
-    near_event = {frame: min((abs(frame - end) for end in events), default=np.inf) <= within for _, frame in found}
-    # The last frame, then the gripper's, then by the order in which the rules were named.
-    ranked = sorted(found, key=lambda one: (one[1] != last, not near_event[one[1]], rules.index(one[0]), one[1]))
+    last, within = len(motion) - 1, settings.merge * motion.fps
+    path, ends = hand_path(motion, settings.path, settings.turn), np.array([end for _, end in gripper_events(motion)])
+
+    def alike(one: int, other: int) -> bool:
+        low, high = min(one, other), max(one, other)
+        if high - low <= within:
+            return True
+        acted = bool(((ends > low + within) & (ends <= high)).any())
+        return not acted and bool(np.linalg.norm(path[low : high + 1] - path[high], axis=1).max() <= 1.0)
+
+    def rank(one: tuple[str, int]) -> tuple[bool, bool, int, int]:
+        rule, frame = one
+        return frame != last, not (np.abs(ends - frame) <= within).any(), rules.index(rule), frame
+
     kept: list[int] = []
-    for _, frame in ranked:
-        if all(abs(frame - other) > within for other in kept):
+    for _, frame in sorted(found, key=rank):  # the last one, the gripper's, then in the order of the rules
+        if not any(alike(frame, other) for other in kept):
             kept.append(frame)
     return sorted(kept)

@@ -9,14 +9,16 @@ here the corners are then moved to where the polyline fits best.
 from __future__ import annotations
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from lerobot_llakey.bounds import require_number
 from lerobot_llakey.keyframes.gripper import gripper_events
 from lerobot_llakey.keyframes.motion import Motion, smoothed
-from lerobot_llakey.keyframes.rest import pose_numbers
 
 _SMOOTH_SECONDS = 0.4
 _FITTING_ROUNDS = 4
+_SNAP, _SNAP_SECONDS = 0.5, 0.4
+"""How near a corner, in tolerances and seconds, the hand still is at it."""
 
 
 def waypoint_keyframes(
@@ -41,17 +43,28 @@ def waypoint_keyframes(
     last = len(motion) - 1
     events = gripper_frames(motion, path)
     bounds = [0, *(frame for frame in events if 0 < frame < last), last]
-    corners: list[int] = []
+    corners, reach = list[int](), round(_SNAP_SECONDS * motion.fps)
     for begin, end in zip(bounds, bounds[1:], strict=False):
-        corners += _fitted(path, simplify(path, begin, end))[1:]
+        fitted = _fitted(path, simplify(path, begin, end))
+        corners += [*(_slowest(path, corner, begin, end, reach) for corner in fitted[1:-1]), end]
     return sorted(set(corners))
 
 
 def hand_path(motion: Motion, position_tolerance: float, rotation_tolerance: float) -> np.ndarray:
-    """The smoothed path (T, 7) of the hand, in units of the tolerances; rotations in degrees."""
+    """The smoothed path (T, 6) of the hand: its position, and its turns added up, in units of the tolerances.
+
+    Small turns from frame to frame are added up as vectors, so that a hand that turns about one axis, however far, goes
+    straight.
+
+    Args:
+        motion: one episode.
+        position_tolerance: metres.
+        rotation_tolerance: degrees.
+    """
     quiet = smoothed(motion.poses, motion.fps, _SMOOTH_SECONDS)
-    quiet[:, 3:] /= np.linalg.norm(quiet[:, 3:], axis=1, keepdims=True)
-    return pose_numbers(quiet, position_tolerance, np.deg2rad(min(rotation_tolerance, 57.0)))
+    turned = Rotation.from_quat(quiet[:, 3:])
+    turns = np.concatenate((np.zeros((1, 3)), (turned[1:] * turned[:-1].inv()).as_rotvec())).cumsum(axis=0)
+    return np.concatenate((quiet[:, :3] / position_tolerance, turns / np.deg2rad(rotation_tolerance)), axis=1)
 
 
 def gripper_frames(motion: Motion, path: np.ndarray) -> list[int]:
@@ -111,6 +124,19 @@ def _fitted(path: np.ndarray, corners: list[int]) -> list[int]:
         if corners == before:
             break
     return corners
+
+
+def _slowest(path: np.ndarray, corner: int, begin: int, end: int, reach: int) -> int:
+    """The frame at which the hand is slowest while it is at a corner: where it lingers, any frame fits as well."""
+    low, high = max(begin + 1, corner - reach), min(end - 1, corner + reach)
+    here = np.linalg.norm(path[low : high + 1] - path[corner], axis=1) <= _SNAP
+    first = last = corner
+    while first > low and here[first - 1 - low]:
+        first -= 1
+    while last < high and here[last + 1 - low]:
+        last += 1
+    steps = np.linalg.norm(path[first + 1 : last + 2] - path[first - 1 : last], axis=1)
+    return first + int(np.argmin(steps))
 
 
 def _cost(path: np.ndarray, first: int, last: int) -> float:
