@@ -9,6 +9,7 @@ How the state is written: where its names do not tell, --state_names, --rotation
 same ones for the template and for the dataset); --calibration adds that of cameras that do not move.
 """
 
+import sys
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -17,13 +18,15 @@ from lerobot.utils.constants import HF_LEROBOT_HOME
 from lerobot_llakey import schema
 from lerobot_llakey.cli.command_line import with_options
 from lerobot_llakey.cli.errors import one_sentence
-from lerobot_llakey.datasets.annotate import RestTolerances, annotate, find_keyframes
+from lerobot_llakey.datasets.annotate import annotate, find_keyframes
 from lerobot_llakey.datasets.camera_calibration import read_calibration
+from lerobot_llakey.datasets.found import few_keyframes
 from lerobot_llakey.datasets.opening import open_dataset
 from lerobot_llakey.datasets.wording import ask_instructions, read_instructions, write_template
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.folders import refuse_occupied
 from lerobot_llakey.grammar import BASIC, Grammar
+from lerobot_llakey.keyframes.rules import RuleSettings, parse_rules
 
 
 @dataclass
@@ -45,11 +48,16 @@ class AnnotateConfig:
         calibration: YAML or JSON file with intrinsics and extrinsics by camera name.
         grammar: which texts are instructions: basic, free (any sentence), or a YAML file (docs/words.md).
         ignore_collision: whether the planner may touch things on the way to a keyframe.
+        keyframes: rules that find keyframes: rest, waypoints, speed, or several as rest+waypoints (docs/own_arm.md).
         min_rest: seconds that the robot rests at a keyframe at least.
         arm_tolerance: radians that a resting joint may stray.
         position_tolerance: metres that a resting hand may stray, where no number of the state is named as a joint.
         rotation_tolerance: radians that it may turn.
         gripper_tolerance: share of its travel that a resting gripper may stray.
+        path_tolerance: waypoints: metres by which straight lines between them may miss the hand's path.
+        turn_tolerance: waypoints: degrees by which they may miss its rotation.
+        speed_prominence: speed: by how much the hand is slower at a keyframe, as a share of the episode's high speed.
+        merge_within: seconds within which keyframes of two rules, or two waypoints, are one.
         push_to_hub: whether to push the demonstrations with their card.
         private: whether a pushed dataset is private.
     """
@@ -67,11 +75,16 @@ class AnnotateConfig:
     calibration: Path | None = None
     grammar: str = BASIC
     ignore_collision: bool = True
+    keyframes: str = "rest"
     min_rest: float = 0.2
     arm_tolerance: float = 0.01
     position_tolerance: float = 0.004
     rotation_tolerance: float = 0.02
     gripper_tolerance: float = 0.03
+    path_tolerance: float = RuleSettings.path
+    turn_tolerance: float = RuleSettings.turn
+    speed_prominence: float = RuleSettings.prominence
+    merge_within: float = RuleSettings.merge
     push_to_hub: bool = False
     private: bool = False
 
@@ -85,19 +98,29 @@ def run(config: AnnotateConfig) -> None:
     if config.template is None:
         refuse_occupied(root)  # before a person types anything
     grammar = Grammar.load(config.grammar)
+    rules = parse_rules(config.keyframes)
+    wording = (
+        None if config.instructions is None or config.template else read_instructions(config.instructions, grammar)
+    )
     source = open_dataset(config.repo_id, config.root)
     calibration = {}
     if config.calibration is not None:
         calibration = read_calibration(config.calibration, schema.cameras_of(source.features))
     found = find_keyframes(
         source,
-        RestTolerances(
+        RuleSettings(
             config.min_rest,
             config.arm_tolerance,
             config.position_tolerance,
             config.rotation_tolerance,
             config.gripper_tolerance,
+            config.path_tolerance,
+            config.turn_tolerance,
+            config.speed_prominence,
+            config.merge_within,
         ),
+        rules,
+        None if wording is None else wording.keyframes,
         state_names=config.state_names,
         rotation=config.rotation,
         gripper=config.gripper,
@@ -105,15 +128,14 @@ def run(config: AnnotateConfig) -> None:
     )
     count = sum(len(episode.keyframes) for episode in found)
     print(f"{count} keyframes in {len(found)} episodes")
+    if advice := few_keyframes(found, rules):
+        print(advice, file=sys.stderr)
     if config.template is not None:
         write_template(found, config.template)
         print(f"to fill in: {config.template}")
         return
     assert config.output_repo_id is not None
-    if config.instructions:
-        instructions = read_instructions(config.instructions, grammar)
-    else:
-        instructions = ask_instructions(found, grammar=grammar)
+    instructions = ask_instructions(found, grammar=grammar) if wording is None else wording.instructions
     annotate(
         source,
         found,

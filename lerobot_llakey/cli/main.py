@@ -16,6 +16,7 @@ VERBS: dict[str, tuple[str, str]] = {
     "check": ("lerobot_llakey.cli.check", "what is wrong with a dataset, before anything is trained on it"),
     "collect": ("lerobot_llakey.cli.collect", "let the experts demonstrate; write demonstrations, keysteps or both"),
     "expert": ("lerobot_llakey.cli.expert", "how often the experts succeed, and whether their keyframes are found"),
+    "keyframe-rules": ("lerobot_llakey.cli.keyframe_rules", "how well each rule finds keyframes in noisy recordings"),
     "contact-sheet": ("lerobot_llakey.cli.contact_sheet", "one page with a moment of every task, from every camera"),
     "stress": ("lerobot_llakey.cli.stress", "random legal actions in every task: whether the simulator stands them"),
     "determinism": ("lerobot_llakey.cli.determinism", "whether a seed gives the same pixels and states everywhere"),

@@ -1,14 +1,14 @@
 """Keyframes and instructions for a person's own recordings, of any arm.
 
-Keyframes are discovered from the robot's states; what a person adds is one instruction a segment, in a CSV file with
-the columns ``episode,segment,instruction``, in a JSON file ``{"0": ["grasp the cup", ...], ...}``, or typed.
+Keyframes are discovered from the robot's states by a choice of rules; what a person adds is one instruction a segment,
+in a CSV file with the columns ``episode,segment,instruction``, in a JSON file ``{"0": ["grasp the cup", ...], ...}``,
+or typed. A CSV file with the column ``frame`` also says which frames are keyframes.
 """
 
 from __future__ import annotations
 
 import shutil
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +19,7 @@ from lerobot.datasets.lerobot_dataset import LeRobotDataset
 from lerobot_llakey import schema
 from lerobot_llakey.datasets.camera_calibration import CameraCalibration
 from lerobot_llakey.datasets.commanded_gripper import command_column, gripper_opened
-from lerobot_llakey.datasets.found import FoundKeyframes
+from lerobot_llakey.datasets.found import FoundKeyframes, chosen_keyframes
 from lerobot_llakey.datasets.poses import state_reader
 from lerobot_llakey.datasets.rewrite import as_column, rewrite
 from lerobot_llakey.datasets.units import check_states
@@ -32,31 +32,17 @@ from lerobot_llakey.geometry import continuous_quaternions
 from lerobot_llakey.grammar import Grammar
 from lerobot_llakey.hand import hand_columns, joint_columns, read_hand
 from lerobot_llakey.instructions import BASIC_GRAMMAR
-from lerobot_llakey.keyframes import discover_keyframes, pose_numbers
+from lerobot_llakey.keyframes.motion import Motion
+from lerobot_llakey.keyframes.rules import RuleSettings, find_by_rules
 from lerobot_llakey.labels import Labels, label
 
 
-@dataclass(frozen=True)
-class RestTolerances:
-    """What counts as a rest, see :mod:`lerobot_llakey.keyframes`.
-
-    Attributes:
-        min_rest: seconds that the robot rests at a keyframe at least.
-        joint: radians that a resting joint may stray.
-        position: metres that a resting hand may stray, where no joints are named.
-        rotation: radians that it may turn.
-        gripper: share of its travel that a resting gripper may stray.
-    """
-
-    min_rest: float = 0.2
-    joint: float = 0.01
-    position: float = 0.004
-    rotation: float = 0.02
-    gripper: float = 0.03
-
-
 def find_keyframes(
-    source: LeRobotDataset, tolerances: RestTolerances | None = None, **wording: Any
+    source: LeRobotDataset,
+    settings: RuleSettings | None = None,
+    rules: tuple[str, ...] = ("rest",),
+    given: Mapping[int, list[int]] | None = None,
+    **wording: Any,
 ) -> list[FoundKeyframes]:
     """Discover every episode's keyframes.
 
@@ -65,14 +51,16 @@ def find_keyframes(
 
     Args:
         source: a dataset whose state holds the hand's pose.
-        tolerances: of rests.
+        settings: what counts as a keyframe.
+        rules: which rules find keyframes, of :data:`lerobot_llakey.keyframes.rules.RULES`.
+        given: keyframes by episode that a person chose; taken as they are in place of what the rules find.
         wording: how the state is written, see :func:`lerobot_llakey.datasets.poses.state_reader`.
 
     Raises:
         LlakeyError: if the dataset has no such state, it is in other units, an episode is too short, or only some of
-            the episodes are loaded.
+            the episodes are loaded, or a chosen keyframe lies outside its episode.
     """
-    tolerances = tolerances or RestTolerances()
+    settings = settings or RuleSettings()
     if schema.STATE not in source.features:
         raise LlakeyError(
             f"Expected {schema.STATE} with the hand's pose in {source.repo_id}, got only "
@@ -88,7 +76,7 @@ def find_keyframes(
     wanted = [schema.STATE, "episode_index", "task_index", *([] if command is None else [schema.ACTION])]
     rows = source.hf_dataset.select_columns(wanted).with_format("numpy")[:]
     states = reader.read(np.asarray(rows[schema.STATE]).reshape(len(rows["episode_index"]), -1))
-    check_states(states, reader.names, rows["episode_index"])
+    check_states(states, reader.names, rows["episode_index"], source.fps)
     openings = read_hand(states, hand_columns(reader.names))[:, schema.GRIPPER]
     opened = gripper_opened(openings, None if command is None else np.asarray(rows[schema.ACTION])[:, command])
     found = []
@@ -101,7 +89,12 @@ def find_keyframes(
                 f"Expected episodes of two frames or more in {source.repo_id}, got one frame in episode {episode}; "
                 "remove it with lerobot-edit-dataset."
             )
-        keyframes = _discover(part, openings[frames], reader.names, source.fps, tolerances)
+        if given is not None and int(episode) in given:
+            keyframes = chosen_keyframes(int(episode), given[int(episode)], len(part))
+        else:
+            commanded = opened[frames] if command is not None else None
+            motion = _motion(part, openings[frames], reader.names, source.fps, commanded)
+            keyframes = find_by_rules(motion, rules, settings)
         task = str(source.meta.tasks.iloc[int(rows["task_index"][frames[0]])].name)
         found.append(
             FoundKeyframes(
@@ -111,18 +104,12 @@ def find_keyframes(
     return found
 
 
-def _discover(
-    states: np.ndarray, openings: np.ndarray, names: Sequence[str], fps: float, tolerances: RestTolerances
-) -> list[int]:
+def _motion(
+    states: np.ndarray, openings: np.ndarray, names: Sequence[str], fps: float, commanded: np.ndarray | None
+) -> Motion:
     joints = joint_columns(names)
-    arm = states[:, joints] if joints else pose_numbers(states, tolerances.position, tolerances.rotation)
-    return discover_keyframes(
-        arm,
-        openings,
-        fps,
-        min_rest=tolerances.min_rest,
-        arm_tolerance=tolerances.joint if joints else 1.0,
-        gripper_tolerance=tolerances.gripper,
+    return Motion(
+        states[:, list(hand_columns(names)[:7])], openings, fps, states[:, joints] if joints else None, commanded
     )
 
 
@@ -195,7 +182,7 @@ def _label(episode: FoundKeyframes, instructions: Sequence[str], ignore_collisio
     if len(instructions) != count or not all(text.strip() for text in instructions):
         raise LlakeyError(
             f"Expected {count} instructions for episode {episode.episode}, one for each keyframe in "
-            f"{episode.keyframes}, got {list(instructions)}; complete them, or find other keyframes by --min_rest."
+            f"{episode.keyframes}, got {list(instructions)}; complete them, or choose other keyframes by --keyframes or the file's column frame."
         )
     hand = read_hand(episode.states, hand_columns(episode.names))
     return label(

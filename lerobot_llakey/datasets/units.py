@@ -12,6 +12,8 @@ from lerobot_llakey.hand import hand_columns, joint_columns
 
 _MOST_TURNED = 4 * np.pi
 """Radians beyond which no joint turns; degrees get there within a few frames."""
+_FASTEST_JOINT, _USUAL = 8.0, 75
+"""Radians a second that three quarters of an arm's motion stay below, percent: sensors that jump are left to others."""
 _OFF_UNIT = 0.05
 _PLAY = 0.05
 """How far beyond 0..1 an opening may lie."""
@@ -19,13 +21,14 @@ _METRES_OPEN, _MOVED = 0.13, 0.005
 """A gripper that moves, and never opens farther than a hand's width in metres, was not recorded as a share."""
 
 
-def check_states(states: np.ndarray, state_names: Sequence[str], episodes: np.ndarray) -> None:
+def check_states(states: np.ndarray, state_names: Sequence[str], episodes: np.ndarray, fps: float) -> None:
     """Check that states are finite and in metres, radians, unit quaternions and openings from 0 to 1.
 
     Args:
         states: (T, N) of all episodes, in the contract's terms.
         state_names: of their numbers.
         episodes: (T,) index of each row's episode.
+        fps: frames a second.
 
     Raises:
         LlakeyError: if they look like degrees, millimetres, percent, metres of a gripper's opening, or no rotation.
@@ -56,6 +59,15 @@ def check_states(states: np.ndarray, state_names: Sequence[str], episodes: np.nd
         "joint angles in radians",
         "multiply by pi / 180 if these are degrees, or name them otherwise by --state_names",
     )
+    within = np.diff(episodes, prepend=episodes[:1] - 1) == 0
+    speeds = np.abs(np.diff(joints, axis=0, prepend=joints[:1])) * fps * within[:, None]
+    moving = speeds[speeds > np.deg2rad(1)]
+    if moving.size and np.percentile(moving, _USUAL) > _FASTEST_JOINT:
+        raise LlakeyError(
+            f"Expected joint angles in radians in {schema.STATE}, got joints that turn by "
+            f"{np.percentile(moving, _USUAL):.3g} a second, as in degrees; multiply by pi / 180, or name them otherwise "
+            "by --state_names."
+        )
     gripper = hand[:, schema.GRIPPER :]
     _refuse(
         (gripper < -_PLAY) | (gripper > 1 + _PLAY),

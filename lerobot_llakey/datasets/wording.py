@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from lerobot_llakey.datasets.found import FoundKeyframes
@@ -14,12 +15,15 @@ from lerobot_llakey.grammar import Grammar
 from lerobot_llakey.hints import nearest_forms
 from lerobot_llakey.instructions import BASIC_GRAMMAR
 
-COLUMNS = ("episode", "segment", "from_second", "to_second", "instruction")
-"""Columns of the CSV file that :func:`write_template` writes; reading needs the first two and the last."""
+COLUMNS = ("episode", "segment", "frame", "time", "gripper", "task", "instruction")
+"""Columns of the CSV file that :func:`write_template` writes. Reading needs the episode, the instruction, and the frame
+or the segment."""
 
 
 def write_template(found: Sequence[FoundKeyframes], path: Path) -> None:
-    """Write a CSV file with one line a segment, its instruction left empty for a person to fill in.
+    """Write a CSV file with one line a keyframe, its instruction left empty for a person to fill in.
+
+    Lines may be deleted, moved to other frames, and added.
 
     Raises:
         LlakeyError: if it cannot be written.
@@ -28,13 +32,27 @@ def write_template(found: Sequence[FoundKeyframes], path: Path) -> None:
         writer = csv.writer(file)
         writer.writerow(COLUMNS)
         for episode in found:
-            for segment in range(len(episode.keyframes)):
-                begin, end = episode.seconds(segment)
-                writer.writerow((episode.episode, segment, f"{begin:.1f}", f"{end:.1f}", ""))
+            for segment, frame in enumerate(episode.keyframes):
+                gripper = "open" if episode.opened[frame] else "closed"
+                time = f"{frame / episode.fps:.2f}"
+                writer.writerow((episode.episode, segment, frame, time, gripper, episode.task, ""))
 
 
-def read_instructions(path: Path, grammar: Grammar = BASIC_GRAMMAR) -> dict[int, list[str]]:
-    """Instructions by episode, in the order of segments, from a CSV or JSON file.
+@dataclass(frozen=True)
+class Wording:
+    """What a person wrote into a file.
+
+    Attributes:
+        instructions: by episode, in the order of segments.
+        keyframes: frames by episode, increasing; None where the file names none, so that the discovered ones count.
+    """
+
+    instructions: dict[int, list[str]]
+    keyframes: dict[int, list[int]] | None = None
+
+
+def read_instructions(path: Path, grammar: Grammar = BASIC_GRAMMAR) -> Wording:
+    """Instructions by episode, in the order of segments, from a CSV or JSON file; from a CSV file also keyframes.
 
     Raises:
         MissingFileError: if there is no such file.
@@ -47,7 +65,7 @@ def read_instructions(path: Path, grammar: Grammar = BASIC_GRAMMAR) -> dict[int,
         text = path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as error:
         raise LlakeyError(f"Expected {path} in UTF-8, got other bytes ({error.reason}); save it as UTF-8.") from error
-    return _from_json(path, text, grammar) if path.suffix == ".json" else _from_csv(path, text, grammar)
+    return Wording(_from_json(path, text, grammar)) if path.suffix == ".json" else _from_csv(path, text, grammar)
 
 
 def _from_json(path: Path, text: str, grammar: Grammar) -> dict[int, list[str]]:
@@ -61,36 +79,39 @@ def _from_json(path: Path, text: str, grammar: Grammar) -> dict[int, list[str]]:
     return found
 
 
-def _from_csv(path: Path, text: str, grammar: Grammar) -> dict[int, list[str]]:
+def _from_csv(path: Path, text: str, grammar: Grammar) -> Wording:
     rows = csv.DictReader(text.splitlines(keepends=True))
-    by_segment: dict[tuple[int, int], str] = {}
+    texts: dict[tuple[int, int], str] = {}
     lines: dict[str, str] = {}
     try:
+        column = "frame" if "frame" in (rows.fieldnames or ()) else "segment"
         for row in rows:
-            place = int(row["episode"]), int(row["segment"])
-            if place in by_segment:
+            place = int(row["episode"]), int(row[column])
+            if place in texts:
                 raise LlakeyError(
-                    f"Expected segment {place[1]} of episode {place[0]} once in {path}, got it again in line "
+                    f"Expected {column} {place[1]} of episode {place[0]} once in {path}, got it again in line "
                     f"{rows.line_num}; remove one."
                 )
-            by_segment[place] = lines[f"line {rows.line_num}"] = row["instruction"].strip()
+            texts[place] = lines[f"line {rows.line_num}"] = row["instruction"].strip()
     except LlakeyError:
         raise
     except (AttributeError, KeyError, TypeError, ValueError, csv.Error) as error:
         raise LlakeyError(
-            f"Expected {path} to have the columns episode, segment and instruction, got a row without ({error}); "
-            "correct it."
+            f"Expected {path} to have the columns episode, frame (or segment) and instruction, got a row without "
+            f"({error}); correct it."
         ) from error
     found: dict[int, list[str]] = {}
-    for episode, segment in sorted(by_segment):
-        if segment != len(found.setdefault(episode, [])):
+    frames: dict[int, list[int]] = {}
+    for episode, number in sorted(texts):
+        if column == "segment" and number != len(found.get(episode, ())):
             raise LlakeyError(
-                f"Expected segment {len(found[episode])} of episode {episode} in {path}, got segment {segment}; "
+                f"Expected segment {len(found.get(episode, ()))} of episode {episode} in {path}, got segment {number}; "
                 "number the segments from 0 without gaps."
             )
-        found[episode].append(by_segment[episode, segment])
+        found.setdefault(episode, []).append(texts[episode, number])
+        frames.setdefault(episode, []).append(number)
     refuse_outside_grammar(lines, f" in {path}", grammar)
-    return found
+    return Wording(found, frames if column == "frame" else None)
 
 
 def ask_instructions(

@@ -9,7 +9,7 @@ import pytest
 from lerobot_llakey import schema
 from lerobot_llakey.datasets import wording as module
 from lerobot_llakey.datasets.found import FoundKeyframes
-from lerobot_llakey.datasets.wording import read_instructions, refuse_outside_grammar
+from lerobot_llakey.datasets.wording import Wording, read_instructions, refuse_outside_grammar
 from lerobot_llakey.errors import LlakeyError
 
 TEXTS = ["move to the top of the cup", "grasp the cup"]
@@ -28,17 +28,17 @@ def test_a_filled_in_template_is_read_again(found: list[FoundKeyframes], tmp_pat
     path = tmp_path / "instructions.csv"
     module.write_template(found, path)
     lines = path.read_text().splitlines()
-    assert lines[0] == "episode,segment,from_second,to_second,instruction"
+    assert lines[0] == "episode,segment,frame,time,gripper,task,instruction"
     assert lines[2] == "0,1,1.0,2.5,"
     filled = [lines[0], *(line + TEXTS[index % 2] for index, line in enumerate(lines[1:]))]
     path.write_text("\n".join(filled))
-    assert read_instructions(path) == {0: TEXTS, 1: TEXTS}
+    assert read_instructions(path).instructions == {0: TEXTS, 1: TEXTS}
 
 
 def test_json_instructions_are_read(tmp_path: Path) -> None:
     path = tmp_path / "instructions.json"
     path.write_text(json.dumps({"0": TEXTS, "3": TEXTS[:1]}))
-    assert read_instructions(path) == {0: TEXTS, 3: TEXTS[:1]}
+    assert read_instructions(path) == Wording({0: TEXTS, 3: TEXTS[:1]})
 
 
 @pytest.mark.parametrize(
