@@ -65,8 +65,8 @@ def check_states(states: np.ndarray, state_names: Sequence[str], episodes: np.nd
     if moving.size and np.percentile(moving, _USUAL) > _FASTEST_JOINT:
         raise LlakeyError(
             f"Expected joint angles in radians in {schema.STATE}, got joints that turn by "
-            f"{np.percentile(moving, _USUAL):.3g} a second, as in degrees; multiply by pi / 180, or name them otherwise "
-            "by --state_names."
+            f"{np.percentile(moving, _USUAL):.3g} a second, as in degrees; multiply by pi / 180, or name them "
+            "otherwise by --state_names."
         )
     gripper = hand[:, schema.GRIPPER :]
     _refuse(

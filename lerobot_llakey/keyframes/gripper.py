@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 
 from lerobot_llakey.keyframes.motion import Motion
@@ -37,7 +39,7 @@ def _debounced(states: np.ndarray, shortest: int) -> list[int]:
     """First frames of new states that stay for a while."""
     changes = [*(np.flatnonzero(np.diff(states.astype(int))) + 1).tolist(), len(states)]
     flips, now = [], states[0]
-    for begin, end in zip(changes, changes[1:], strict=False):
+    for begin, end in itertools.pairwise(changes):
         if states[begin] != now and (end - begin >= shortest or end == len(states)):
             flips.append(begin)
             now = states[begin]

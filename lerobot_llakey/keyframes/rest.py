@@ -1,9 +1,9 @@
 """The rule ``rest``: a keyframe is where the robot has come to rest after moving.
 
-The paper (section III-A) follows PerAct: the gripper's state changed, all joint velocities are near zero, or it is the last
-frame. Here these are one
-idea, the *rest*: the robot moves, then neither arm nor gripper moves for a while, and the first frame of that rest is
-the keyframe. An arm that stops, closes its gripper at once and then rests thus gives one keyframe, after the closing.
+The paper (section III-A) follows PerAct: the gripper's state changed, all joint velocities are near zero, or it is the
+last frame. Here these are one idea, the *rest*: the robot moves, then neither arm nor gripper moves for a while, and
+the first frame of that rest is the keyframe. An arm that stops, closes its gripper at once and then rests thus gives
+one keyframe, after the closing.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ from lerobot_llakey.keyframes.speed import speed_keyframes
 from lerobot_llakey.keyframes.waypoints import hand_path, waypoint_keyframes
 
 RULES = ("rest", "waypoints", "speed")
-"""What ``--keyframes`` may name, joined by a plus sign; a keyframe that two found almost alike is the earlier named's."""
+"""What ``--keyframes`` may name, joined by a plus sign; of two almost alike, the earlier named rule's is kept."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class RuleSettings:
     rotation: float = 0.02
     gripper: float = 0.03
     path: float = 0.02
-    turn: float = 15.0
+    turn: float = 10.0
     prominence: float = 0.3
     merge: float = 0.3
 

@@ -35,7 +35,7 @@ def speed_keyframes(motion: Motion, *, prominence: float = 0.3) -> list[int]:
     last = len(motion) - 1
     speeds = np.linalg.norm(np.gradient(path, axis=0), axis=1) * motion.fps
     typical = float(np.percentile(speeds, _TYPICAL))
-    keyframes = {last, *(frame for frame in gripper_frames(motion, path) if 0 < frame)}
+    keyframes = {last, *(frame for frame in gripper_frames(motion, path) if frame > 0)}
     if typical > 0:
         apart = max(1, round(_APART_SECONDS * motion.fps))
         minima, _ = find_peaks(-speeds, prominence=prominence * typical, distance=apart)

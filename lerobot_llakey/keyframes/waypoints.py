@@ -8,6 +8,8 @@ here the corners are then moved to where the polyline fits best.
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 from scipy.spatial.transform import Rotation
 
@@ -22,7 +24,7 @@ _SNAP, _SNAP_SECONDS = 0.5, 0.4
 
 
 def waypoint_keyframes(
-    motion: Motion, *, position_tolerance: float = 0.02, rotation_tolerance: float = 15.0
+    motion: Motion, *, position_tolerance: float = 0.02, rotation_tolerance: float = 10.0
 ) -> list[int]:
     """Frames at which the gripper has opened or closed, and corners of the hand's path between them.
 
@@ -44,7 +46,7 @@ def waypoint_keyframes(
     events = gripper_frames(motion, path)
     bounds = [0, *(frame for frame in events if 0 < frame < last), last]
     corners, reach = list[int](), round(_SNAP_SECONDS * motion.fps)
-    for begin, end in zip(bounds, bounds[1:], strict=False):
+    for begin, end in itertools.pairwise(bounds):
         fitted = _fitted(path, simplify(path, begin, end))
         corners += [*(_slowest(path, corner, begin, end, reach) for corner in fitted[1:-1]), end]
     return sorted(set(corners))

@@ -29,7 +29,7 @@ def test_a_filled_in_template_is_read_again(found: list[FoundKeyframes], tmp_pat
     module.write_template(found, path)
     lines = path.read_text().splitlines()
     assert lines[0] == "episode,segment,frame,time,gripper,task,instruction"
-    assert lines[2] == "0,1,1.0,2.5,"
+    assert lines[2] == "0,1,25,2.50,open,take the cup,"
     filled = [lines[0], *(line + TEXTS[index % 2] for index, line in enumerate(lines[1:]))]
     path.write_text("\n".join(filled))
     assert read_instructions(path).instructions == {0: TEXTS, 1: TEXTS}
