@@ -182,7 +182,8 @@ def _label(episode: FoundKeyframes, instructions: Sequence[str], ignore_collisio
     if len(instructions) != count or not all(text.strip() for text in instructions):
         raise LlakeyError(
             f"Expected {count} instructions for episode {episode.episode}, one for each keyframe in "
-            f"{episode.keyframes}, got {list(instructions)}; complete them, or choose other keyframes by --keyframes or the file's column frame."
+            f"{episode.keyframes}, got {list(instructions)}; complete them, or choose other keyframes "
+            "by --keyframes or the file's column frame."
         )
     hand = read_hand(episode.states, hand_columns(episode.names))
     return label(

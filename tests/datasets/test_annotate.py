@@ -222,3 +222,10 @@ def test_a_recording_of_any_arm_becomes_demonstrations(kind: str, tmp_path: Path
         np.testing.assert_allclose(item[schema.extrinsics_key(camera)], known[1], atol=1e-6)
     found = find(copy.meta, needs_all(copy.features))
     assert found == []
+
+
+def test_chosen_keyframes_are_taken_as_they_are(source: LeRobotDataset, found: list[FoundKeyframes]) -> None:
+    last = found[0].keyframes[-1]
+    again = find_keyframes(source, given={0: [last, 3]})
+    assert again[0].keyframes == [3, last]
+    assert again[1].keyframes == found[1].keyframes

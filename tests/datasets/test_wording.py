@@ -44,7 +44,7 @@ def test_json_instructions_are_read(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("name", "content", "message"),
     [
-        ("a.csv", "episode,instruction\n0,grasp the cup\n", "columns episode, segment and instruction"),
+        ("a.csv", "episode,instruction\n0,grasp the cup\n", "columns episode, frame .or segment. and instruction"),
         ("b.csv", "episode,segment,instruction\n0,1,grasp the cup\n", "segment 0 of episode 0"),
         ("c.json", '["grasp the cup"]', "something else"),
     ],
@@ -124,3 +124,16 @@ def test_the_end_of_the_input_is_one_sentence(found: list[FoundKeyframes]) -> No
 
     with pytest.raises(LlakeyError, match="segment 0 of episode 0, got the end of the input"):
         module.ask_instructions(found, ask)
+
+
+def test_rows_may_be_deleted_moved_and_added(tmp_path: Path) -> None:
+    path = tmp_path / "instructions.csv"
+    path.write_text(f"episode,segment,frame,instruction\n0,1,25,{TEXTS[1]}\n0,,7,{TEXTS[0]}\n")
+    assert read_instructions(path) == Wording({0: TEXTS}, {0: [7, 25]})
+
+
+def test_a_frame_named_twice_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "instructions.csv"
+    path.write_text(f"episode,frame,instruction\n0,7,{TEXTS[0]}\n0,7,{TEXTS[1]}\n")
+    with pytest.raises(LlakeyError, match="frame 7 of episode 0 once"):
+        read_instructions(path)

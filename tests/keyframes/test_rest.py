@@ -12,7 +12,6 @@ from fakes_trajectories import SEGMENTS, fake_trajectory
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.geometry import continuous_quaternions
 from lerobot_llakey.keyframes.rest import discover_keyframes, pose_numbers
-from lerobot_llakey.keyframes.segments import segments
 
 FPS = 10.0
 
@@ -176,19 +175,6 @@ def test_a_hand_that_only_turns_moves() -> None:
     poses = np.concatenate((np.full((len(angles), 3), 0.3), turns), axis=1)
     arm = pose_numbers(poses, 0.004, 0.02)
     assert discover_keyframes(arm, np.ones(len(arm)), FPS, arm_tolerance=1.0) == [24, len(arm) - 1]
-
-
-def test_segments_start_at_keyframes_and_name_the_next_one() -> None:
-    result = segments([2, 5], 6)
-    assert result.index.tolist() == [0, 0, 1, 1, 1, 1]
-    assert result.next_frame.tolist() == [2, 2, 5, 5, 5, 5]
-    assert result.is_keyframe.tolist() == [False, False, True, False, False, True]
-
-
-@pytest.mark.parametrize("keyframes", [[], [0, 5], [2, 2, 5], [2, 4], [2, 6]])
-def test_segments_refuse_what_is_no_list_of_keyframes(keyframes: list[int]) -> None:
-    with pytest.raises(ValueError, match="end at the last frame 5"):
-        segments(keyframes, 6)
 
 
 @pytest.mark.parametrize(
