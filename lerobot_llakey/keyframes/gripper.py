@@ -30,8 +30,9 @@ def gripper_events(motion: Motion) -> list[tuple[int, int]]:
 
 
 def _commanded(motion: Motion) -> list[tuple[int, int]]:
-    flips = _debounced(motion.commanded.astype(bool), max(1, round(_SHORTEST_STATE * motion.fps)))  # type: ignore[union-attr]
-    ends = [*flips[1:], len(motion)]
+    assert motion.commanded is not None
+    flips = _debounced(motion.commanded.astype(bool), max(1, round(_SHORTEST_STATE * motion.fps)))
+    ends = [*flips, len(motion)][1:]
     return [(flip, _settled(motion, flip, end)) for flip, end in zip(flips, ends, strict=True)]
 
 

@@ -18,7 +18,7 @@ def states(joint: np.ndarray) -> np.ndarray:
 def test_small_turns_in_degrees_are_refused_and_in_radians_are_not() -> None:
     radians = 0.2 * np.sin(np.linspace(0, 20, 60))
     check_states(states(radians), NAMES, np.zeros(60), 10)
-    with pytest.raises(LlakeyError, match="joints that turn by .* a second, as in degrees"):
+    with pytest.raises(LlakeyError, match=r"joints that turn by .* a second, as in degrees"):
         check_states(states(np.rad2deg(radians)), NAMES, np.zeros(60), 10)
 
 
