@@ -1,8 +1,7 @@
 """Recordings of known truth that never rest: our simulator driven by a noisy operator.
 
-The operator goes for the expert's waypoints, one after another, as a person at a leader arm does: the hand drifts off
-the straight line, trembles, hesitates where nothing is to be done, turns to the next waypoint without stopping at this
-one, and closes the gripper while it is still arriving. Sensors add noise, or read in an encoder's steps.
+The operator goes for the expert's waypoints as a person at a leader arm does: the hand drifts off the straight line,
+trembles, hesitates, and turns to the next waypoint without stopping. Sensors add noise, or read in an encoder's steps.
 """
 
 from __future__ import annotations
@@ -61,12 +60,9 @@ class Recording:
 
     Attributes:
         motion: what the rules look at.
-        truth: frame at which each waypoint was done with, increasing; the last one is the last frame.
-        waypoints: the waypoints.
+        truth: frame at which each of the waypoints was done with, increasing; the last one is the last frame.
         success: whether the task was done.
-        task: its name.
-        seed: scene seed.
-        variation: of the task.
+        task, seed, variation: the scene.
     """
 
     motion: Motion
