@@ -75,12 +75,7 @@ class Recording:
 
 
 class Operator:
-    """Drives the arm of a simulation.
-
-    Args:
-        simulation: freshly reset.
-        rng: the operator's.
-    """
+    """Drives the arm of a simulation that was freshly reset."""
 
     def __init__(self, simulation: Simulation, rng: np.random.Generator) -> None:
         self._simulation, self._rng = simulation, rng
