@@ -53,6 +53,10 @@ class Columns:
         """Whether all these columns are there."""
         return all(key in self.values for key in keys)
 
+    def is_finite(self, *keys: str) -> bool:
+        """Whether all numbers of these columns are finite, of those that are there."""
+        return all(bool(np.isfinite(self.values[key]).all()) for key in keys if key in self.values)
+
     def place(self, wrong: np.ndarray) -> str:
         """The first of the rows that a mask (N,) marks, and how many more there are."""
         rows = np.flatnonzero(wrong)
