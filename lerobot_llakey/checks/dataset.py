@@ -10,6 +10,7 @@ from typing import Any
 
 from lerobot_llakey import schema
 from lerobot_llakey.checks.calibration import check_extrinsics, check_intrinsics, check_views
+from lerobot_llakey.checks.checksums import check_checksums
 from lerobot_llakey.checks.columns import MOST_ROWS, Columns, read_columns
 from lerobot_llakey.checks.finding import Finding
 from lerobot_llakey.checks.foreign_files import refuse_paths_outside
@@ -91,7 +92,7 @@ def find(meta: Any, needs: Needs, most: int = MOST_ROWS) -> list[Finding]:
     """
     root, features = Path(meta.root), meta.features
     refuse_paths_outside(root, _as_mapping(meta.info))
-    found = list(_of_metadata(meta, needs))
+    found = [*check_checksums(root), *_of_metadata(meta, needs)]
     # What has not the contract's shape cannot be looked at further.
     broken = {finding.column for finding in found if finding.got.startswith("shape")}
     readable = {key: feature for key, feature in features.items() if key not in broken}

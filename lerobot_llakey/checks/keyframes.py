@@ -37,7 +37,10 @@ def check_segments_actions(columns: Columns) -> Iterator[Finding]:
 
 
 def check_spacing(columns: Columns) -> Iterator[Finding]:
-    """Warn of keyframes that are the one before again: the same pose, gripper and collision flag."""
+    """Warn of keyframes that are the one before again: the same pose, gripper and collision flag.
+
+    After an unforeseen event the same keyframe may well be gone to again.
+    """
     if not columns.has(schema.ACTION, schema.KEYFRAME_INDEX):
         return
     action, index = columns[schema.ACTION], columns[schema.KEYFRAME_INDEX]
@@ -46,6 +49,7 @@ def check_spacing(columns: Columns) -> Iterator[Finding]:
         if is_visited(columns, rows):
             continue
         step = np.flatnonzero(np.diff(index[rows]) == 1) + rows.start
+        step = np.array([row for row in step if not _disturbed(columns, row, row + 1)], dtype=int)
         if not len(step):
             continue
         before, after = action[step], action[step + 1]

@@ -34,8 +34,7 @@ def check_motion(columns: Columns, dense: bool) -> Iterator[Finding]:
         return
     same = np.ones(len(columns), dtype=bool)
     same[[rows.start for rows in columns.episodes()]] = False
-    action = columns[schema.ACTION] if schema.ACTION in columns else None
-    for key, values in ((schema.STATE, hand), (schema.ACTION, action)):
+    for key, values in ((schema.STATE, hand), (schema.ACTION, columns.values.get(schema.ACTION))):
         if values is None or values.ndim != 2 or values.shape[1] < schema.HAND_DIM:
             continue
         turns = values[:, schema.QUATERNION].astype(np.float64)
