@@ -59,11 +59,9 @@ def _counts(dataset: Any) -> str:
     with reading(dataset.root, "dataset"):
         columns = dataset.hf_dataset.select_columns([*wanted, "episode_index"]).with_format("numpy")[:]
     if schema.KEYFRAME_INDEX in wanted:
-        pairs = {
-            (int(e), int(k)) for e, k in zip(columns["episode_index"], columns[schema.KEYFRAME_INDEX], strict=True)
-        }
-        counts = list(Counter(episode for episode, _ in pairs).values()) or [0]
-        rows.append(["segments an episode", f"{min(counts)} to {max(counts)}, {np.mean(counts):.1f} on average"])
+        segments = np.stack((columns["episode_index"], columns[schema.KEYFRAME_INDEX]), axis=1)
+        _, counts = np.unique(np.unique(segments, axis=0)[:, 0], return_counts=True)
+        rows.append(["segments an episode", f"{counts.min()} to {counts.max()}, {counts.mean():.1f} on average"])
     table = html_table(("what", "count"), rows)
     if schema.INSTRUCTION not in wanted:
         return table
