@@ -19,12 +19,11 @@ from lerobot_llakey.checks.dataset import find, needs_all
 from lerobot_llakey.checks.finding import Finding
 from lerobot_llakey.checks.pictures import check_pictures, draw
 
-S, A, I = schema.STATE, schema.ACTION, schema.INSTRUCTION
+S, A, TEXT = schema.STATE, schema.ACTION, schema.INSTRUCTION
 TOP, SIDE = schema.extrinsics_key("top"), schema.extrinsics_key("side")
 K, DEPTH, RGB = schema.intrinsics_key("side"), schema.depth_key("top"), schema.image_key("top")
 MARK, NEXT, SEGMENT = schema.IS_KEYFRAME, schema.NEXT_KEYFRAME, schema.KEYFRAME_INDEX
 WORKSPACE: schema.Workspace = ((-1.0, 1.0), (-1.0, 1.0), (-0.2, 1.0))
-EPISODE = np.s_[:60]
 
 Plant = Callable[[Path], Any]
 
@@ -81,7 +80,7 @@ def drop_keyframe(values: Rows) -> None:
     values[MARK][marks[gone]] = False
     after = values[SEGMENT][place] > gone
     one = place[before]
-    values[NEXT][one], values[A][one], values[I][one] = end, values[A][marks[gone]], values[I][marks[gone]]
+    values[NEXT][one], values[A][one], values[TEXT][one] = end, values[A][marks[gone]], values[TEXT][marks[gone]]
     values[SEGMENT][place[after]] -= 1
 
 
@@ -107,6 +106,26 @@ def shift_grippers(values: Rows) -> None:
 
 def one_action_off(values: Rows) -> None:
     values[A][5, 2] += 0.01
+
+
+def w_first(values: Rows) -> None:
+    values[A] = values[A][:, [0, 1, 2, 6, 3, 4, 5, 7, 8]]
+
+
+def shuffle(values: Rows) -> None:
+    values[A] = np.random.default_rng(0).permutation(values[A])
+
+
+def invert_gripper(values: Rows) -> None:
+    values[S][:, 7] = 1 - values[S][:, 7]
+
+
+def turn_frames(values: Rows) -> None:
+    values["frame_index"] = values["frame_index"][::-1].copy()
+
+
+def name_by_number(features: dict[str, Any]) -> None:
+    features[S]["names"] = [f"number_{place}" for place in range(features[S]["shape"][0])]
 
 
 def swap_cameras(values: Rows) -> None:
@@ -145,7 +164,7 @@ FAULTS: dict[str, tuple[str, str, Plant]] = {
     "a hand that leaps": (S, "moves steadily", rows(leap)),
     "an episode without motion": (S, "in which the hand moves", rows(stand_still)),
     "gripper 0..100": (S, "opening from 0 to 1", times(S, np.s_[:, 7], 100)),
-    "gripper inverted": (S, "gripper as action", rows(lambda v: v[S].__setitem__(np.s_[:, 7], 1 - v[S][:, 7]))),
+    "gripper inverted": (S, "gripper as action", rows(invert_gripper)),
 
     "an unmarked change of the gripper": (MARK, "wherever the gripper", rows(twitch)),
     "a keyframe that is missing": (MARK, "wherever the gripper", rows(drop_keyframe)),
@@ -153,8 +172,8 @@ FAULTS: dict[str, tuple[str, str, Plant]] = {
     "grippers shifted by a keyframe": (S, "gripper as action", rows(shift_grippers)),
     "one action that is off": (A, "one action for all frames", rows(one_action_off)),
     "a target outside the workspace": (A, "inside the workspace", put(A, np.s_[5:9, 1], 1.7)),
-    "actions with w first": (A, "turn at the next keyframe", rows(lambda v: v.update({A: v[A][:, [0, 1, 2, 6, 3, 4, 5, 7, 8]]}))),
-    "actions shuffled": (A, "place at the next keyframe", rows(lambda v: v.update({A: np.random.default_rng(0).permutation(v[A])}))),
+    "actions with w first": (A, "turn at the next keyframe", rows(w_first)),
+    "actions shuffled": (A, "place at the next keyframe", rows(shuffle)),
     "actions of zero": (A, "a place of the hand", times(A, np.s_[:], 0)),
     "intrinsics of larger pictures": (K, "focal length and a centre", times(K, np.s_[:], 8)),
     "extrinsics in millimetres": (TOP, "within 10 m", times(TOP, np.s_[:, :3], 1000)),
@@ -162,19 +181,19 @@ FAULTS: dict[str, tuple[str, str, Plant]] = {
     "extrinsics swapped between cameras": (DEPTH, "gripper where", rows(swap_cameras)),
     "depth in centimetres": (DEPTH, "gripper where", _pictures(DEPTH, lambda depth: depth / 10)),
     "depth mirrored": (DEPTH, "gripper where", _pictures(DEPTH, lambda depth: depth[:, ::-1])),
-    "depth in metres": (DEPTH, "depth in millimetres", _pictures(DEPTH, lambda depth: depth / 1000)),
+    "depth in decimetres": (DEPTH, "gripper where", _pictures(DEPTH, lambda depth: depth / 100)),
     "depth of one value": (DEPTH, "depths that show something", _pictures(DEPTH, lambda depth: depth * 0 + 700)),
     "depth that is not noted": (DEPTH, "noted as such", info(lambda f: f[DEPTH].update(info=None))),
     "black pictures": (RGB, "pictures that show something", _pictures(RGB, lambda rgb: rgb * 0)),
     "black pictures by their statistics": (RGB, "pictures that show something", stats_of_black),
-    "names swapped": (A, "in this order", info(lambda f: f[A].update(names=[*schema.ACTION_NAMES[:7], "ignore_collision", "gripper_open"]))),
-    "names without a rotation": (S, "among the names", info(lambda f: f[S].update(names=[f"n{i}" for i in range(f[S]["shape"][0])]))),
-    "an instruction outside the grammar": (I, "basic actions of", put(I, 4, "do the dishes")),
-    "an instruction that is empty": (I, "basic actions of", put(I, 4, "")),
-    "an instruction with a stop token": (I, "tokens of a language model", put(I, 4, "grasp the cup <next goal>")),
+    "names swapped": (A, "in this order", info(lambda told: told[A]["names"].reverse())),
+    "names without a rotation": (S, "among the names", info(name_by_number)),
+    "an instruction outside the grammar": (TEXT, "basic actions of", put(TEXT, 4, "do the dishes")),
+    "an instruction that is empty": (TEXT, "basic actions of", put(TEXT, 4, "")),
+    "an instruction with a stop token": (TEXT, "tokens of a language model", put(TEXT, 4, "grasp the cup <next goal>")),
     "no keyframe": (MARK, "a keyframe in every episode", put(MARK, np.s_[:], False)),
     "a next frame beyond the episode": (NEXT, "frames of the same episode", put(NEXT, np.s_[4:6], 9999)),
-    "rows out of order": ("frame_index", "0, 1, 2", rows(lambda v: v.update(frame_index=v["frame_index"][::-1].copy()))),
+    "rows out of order": ("frame_index", "0, 1, 2", rows(turn_frames)),
     "times that stand still": ("timestamp", "times that increase", put("timestamp", np.s_[:], 0)),
     "a task that is none": ("task_index", "numbers of tasks", put("task_index", 2, -1)),
     "a bit that flipped": ("data/", "file that was written", flip_a_bit),

@@ -95,13 +95,16 @@ def _values(rng: np.random.Generator) -> tuple[str, Change]:
     value = float(rng.choice([math.nan, math.inf, -math.inf, 1e30, -1e6]))
     kind = rng.choice(["number", "number", "shape", "text", "order", "black"])
     if kind == "number":
-        return f"{key}[{row}, {number}] = {value}", _array(key, lambda array: array.__setitem__((row, number), value))
+        return f"{key}[{row}, {number}] = {value}", _array(
+            key, lambda array: array.__setitem__((row % len(array), number), value)
+        )
     if kind == "shape":
         return f"{key} of {number} numbers", _reshaped(key, number)
     if kind == "text":
         text = str(rng.choice(["", "asdf qwer", "grasp <image>", "x" * 999]))
         return f"instruction {row} = {text[:20]!r}", _column(
-            schema.INSTRUCTION, lambda texts: [*texts[:row], text, *texts[row + 1 :]]
+            schema.INSTRUCTION,
+            lambda texts: [text if place == row % len(texts) else old for place, old in enumerate(texts)],
         )
     if kind == "order":
         column = str(rng.choice(["frame_index", "index", "timestamp", schema.NEXT_KEYFRAME, schema.KEYFRAME_INDEX]))
