@@ -16,15 +16,12 @@ KEYFRAMES = [9, 19, 29]
 def recording(keyframes: list[int] = KEYFRAMES) -> Columns:
     """Thirty frames: down, closing at frame 19 within two frames, and up again."""
     hand = np.zeros((30, schema.HAND_DIM), dtype=np.float32)
-    hand[:, 2] = np.concatenate(
-        (np.linspace(0.5, 0.3, 10), np.linspace(0.29, 0.1, 8), [0.1] * 2, np.linspace(0.13, 0.4, 10))
-    )
+    down, up = [*np.linspace(0.5, 0.3, 10), *np.linspace(0.29, 0.1, 8), 0.1, 0.1], np.linspace(0.13, 0.4, 10)
+    hand[:, 2] = [*down, *up]
     hand[:, 6], hand[:, 7] = 1, 1
     hand[18, 7], hand[19:, 7] = 0.5, 0
-    count = len(keyframes)
-    made = label(
-        hand, keyframes, ["raise the robotic arm"] * count, [False] * count, (hand[keyframes, 7] > 0.5).tolist()
-    )
+    count, opened = len(keyframes), (hand[keyframes, 7] > 0.5).tolist()
+    made = label(hand, keyframes, ["raise the robotic arm"] * count, [False] * count, opened)
     values = {
         EPISODE: np.zeros(30, dtype=int),
         FRAME: np.arange(30),

@@ -95,17 +95,12 @@ def _values(rng: np.random.Generator) -> tuple[str, Change]:
     value = float(rng.choice([math.nan, math.inf, -math.inf, 1e30, -1e6]))
     kind = rng.choice(["number", "number", "shape", "text", "order", "black"])
     if kind == "number":
-        return f"{key}[{row}, {number}] = {value}", _array(
-            key, lambda array: array.__setitem__((row % len(array), number), value)
-        )
+        return f"{key}[{row}, {number}] = {value}", _one_number(key, row, number, value)
     if kind == "shape":
         return f"{key} of {number} numbers", _reshaped(key, number)
     if kind == "text":
         text = str(rng.choice(["", "asdf qwer", "grasp <image>", "x" * 999]))
-        return f"instruction {row} = {text[:20]!r}", _column(
-            schema.INSTRUCTION,
-            lambda texts: [text if place == row % len(texts) else old for place, old in enumerate(texts)],
-        )
+        return f"instruction {row} = {text[:20]!r}", _one_text(schema.INSTRUCTION, row, text)
     if kind == "order":
         column = str(rng.choice(["frame_index", "index", "timestamp", schema.NEXT_KEYFRAME, schema.KEYFRAME_INDEX]))
         return f"{column} turned round", _column(column, lambda values: values[::-1])
@@ -123,6 +118,14 @@ def _one_colour(key: str) -> Change:
         (root / "meta/stats.json").write_text(json.dumps(stats))
 
     return change
+
+
+def _one_number(key: str, row: int, place: int, value: float) -> Change:
+    return _array(key, lambda array: array.__setitem__((row % len(array), place), value))
+
+
+def _one_text(key: str, row: int, text: str) -> Change:
+    return _column(key, lambda old: [text if place == row % len(old) else one for place, one in enumerate(old)])
 
 
 def _reshaped(key: str, width: int) -> Change:
