@@ -36,7 +36,7 @@ def write_checksums(root: Path) -> None:
 def check_checksums(root: Path) -> Iterator[Finding]:
     """Hold the files of a dataset against what was noted; of one without notes nothing is said.
 
-    Files that are gone are told where the dataset is opened, since episodes may be fetched one by one.
+    Data and videos that are gone are told where the dataset is opened, since episodes may be fetched one by one.
 
     Raises:
         LlakeyError: if a file or the notes cannot be read.
@@ -47,6 +47,7 @@ def check_checksums(root: Path) -> Iterator[Finding]:
     with reading(path, "list of checksums"):
         noted = {str(name): str(value) for name, value in json.loads(path.read_text(encoding="utf-8")).items()}
     files = _files(root)
+    gone = [name for name in sorted(noted) if name.startswith("meta/") and not (root / name).is_file()]
     size = sum(file.stat().st_size for file in files)
     changed, unknown = [], []
     for file in tqdm(files, desc="checksums", unit="file", disable=size < _SHOWN_BYTES):
@@ -56,10 +57,14 @@ def check_checksums(root: Path) -> Iterator[Finding]:
         elif noted[name] != _sum(file):
             changed.append(name)
     advice = f"fetch or make it anew; if it was changed on purpose, delete {CHECKSUMS}"
-    for names, expected in ((changed, "the file that was written"), (unknown, "no file that was not written with it")):
+    for names, expected, got in (
+        (changed, "the file that was written", "another"),
+        (unknown, "no file that was not written with it", "one"),
+        (gone, "the file that was written", "none"),
+    ):
         if names:
             more = f" (and {len(names) - 1} more files)" if len(names) > 1 else ""
-            yield Finding(names[0], f"{expected} (by {CHECKSUMS})", f"another{more}", advice)
+            yield Finding(names[0], f"{expected} (by {CHECKSUMS})", f"{got}{more}", advice)
 
 
 def refuse_changed_files(root: Path) -> None:
