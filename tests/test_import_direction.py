@@ -54,7 +54,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "parallel": set(),
     "reporting": set(),
     "rollout": WORDS | {"saved", "reporting", "sim"},
-    "inspection": WORDS | {"policies", "policies.action"},
+    "inspection": WORDS | {"policies", "policies.action", "checks", "reporting"},
     "evaluation.abilities": WORDS | {"reporting", "policies", "policies.command", "datasets"},
     "evaluation.protocol": WORDS | SHARED | {"saved", "policies.hierarchy", "sim"},
     "evaluation": WORDS | SHARED | {"policies", "datasets", "evaluation.abilities", "evaluation.protocol"},

@@ -13,6 +13,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from lerobot_llakey import schema
+from lerobot_llakey.checks.finding import Place
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.files import reading
 from lerobot_llakey.hand import hand_columns, joint_columns, names_of, read_hand
@@ -53,13 +54,19 @@ class Columns:
         """Whether all these columns are there."""
         return all(key in self.values for key in keys)
 
-    def place(self, wrong: np.ndarray) -> str:
+    def is_finite(self, *keys: str) -> bool:
+        """Whether all numbers of these columns are finite, of those that are there."""
+        return all(bool(np.isfinite(self.values[key]).all()) for key in keys if key in self.values)
+
+    def place(self, wrong: np.ndarray) -> Place:
         """The first of the rows that a mask (N,) marks, and how many more there are."""
         rows = np.flatnonzero(wrong)
         row, more = int(rows[0]), len(rows) - 1
-        names = ((EPISODE, "episode"), (FRAME, "frame"))
-        words = [f"{word} {self[key][row]}" for key, word in names if key in self] or [f"row {row}"]
-        return ", ".join(words) + (f" (and {more} more rows)" if more else "")
+        numbers = [int(self[key][row]) if key in self else None for key in (EPISODE, FRAME)]
+        named = [f"{word} {number}" for word, number in zip(("episode", "frame"), numbers, strict=True)
+                 if number is not None]  # fmt: skip
+        words = ", ".join(named or [f"row {row}"]) + (f" (and {more} more rows)" if more else "")
+        return Place(words, *numbers)
 
     def episodes(self) -> list[slice]:
         """The rows of each episode, in their order; all rows where no column tells."""

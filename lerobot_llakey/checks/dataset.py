@@ -10,9 +10,11 @@ from typing import Any
 
 from lerobot_llakey import schema
 from lerobot_llakey.checks.calibration import check_extrinsics, check_intrinsics, check_views
+from lerobot_llakey.checks.checksums import check_checksums
 from lerobot_llakey.checks.columns import MOST_ROWS, Columns, read_columns
 from lerobot_llakey.checks.finding import Finding
 from lerobot_llakey.checks.foreign_files import refuse_paths_outside
+from lerobot_llakey.checks.keyframes import check_gripper, check_segments_actions, check_spacing
 from lerobot_llakey.checks.labels import check_labels
 from lerobot_llakey.checks.loader import refuse_moved_colours
 from lerobot_llakey.checks.look import warn_of_pictures
@@ -23,6 +25,7 @@ from lerobot_llakey.checks.metadata import (
     check_uncalibrated,
     sizes_of,
 )
+from lerobot_llakey.checks.motion import check_motion
 from lerobot_llakey.checks.numbers import check_action, check_finite, check_state, check_weights
 from lerobot_llakey.checks.order import check_keyframes, check_order, is_dense
 from lerobot_llakey.checks.texts import check_instructions, check_segments, check_tasks
@@ -89,7 +92,7 @@ def find(meta: Any, needs: Needs, most: int = MOST_ROWS) -> list[Finding]:
     """
     root, features = Path(meta.root), meta.features
     refuse_paths_outside(root, _as_mapping(meta.info))
-    found = list(_of_metadata(meta, needs))
+    found = [*check_checksums(root), *_of_metadata(meta, needs)]
     # What has not the contract's shape cannot be looked at further.
     broken = {finding.column for finding in found if finding.got.startswith("shape")}
     readable = {key: feature for key, feature in features.items() if key not in broken}
@@ -172,10 +175,22 @@ def _of_columns(columns: Columns, needs: Needs, features: Any) -> Iterator[Findi
     yield from check_keyframes(columns, dense)
     if reads_state and reads_action:
         yield from check_labels(columns, dense)
+    if columns.is_finite(schema.STATE, schema.ACTION):
+        yield from _of_motion(columns, dense, reads_state, reads_action)
     sizes = sizes_of(features, needs.cameras_in(features))
     yield from check_intrinsics(columns, sizes)
     yield from check_extrinsics(columns, list(sizes))
     yield from check_views(columns, sizes)
+
+
+def _of_motion(columns: Columns, dense: bool, reads_state: bool, reads_action: bool) -> Iterator[Finding]:
+    if reads_state:
+        yield from check_motion(columns, dense)
+    if reads_action:
+        yield from check_segments_actions(columns)
+        yield from check_spacing(columns)
+    if reads_state and reads_action:
+        yield from check_gripper(columns, dense)
 
 
 def _as_mapping(info: Any) -> Any:

@@ -8,6 +8,24 @@ import numpy as np
 
 
 @dataclass(frozen=True)
+class Place:
+    """The first row in which something is wrong.
+
+    Attributes:
+        words: how a finding names it, with the number of further rows.
+        episode: its episode, None where no column tells.
+        frame: its frame within the episode.
+    """
+
+    words: str
+    episode: int | None = None
+    frame: int | None = None
+
+    def __str__(self) -> str:
+        return self.words
+
+
+@dataclass(frozen=True)
 class Finding:
     """One thing that is wrong, or that is likely to be.
 
@@ -24,7 +42,7 @@ class Finding:
     expected: str
     got: str
     advice: str
-    place: str = ""
+    place: Place | None = None
     certain: bool = True
 
     def sentence(self, dataset: str) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 
 from lerobot_llakey import schema
 from lerobot_llakey.checks.columns import Columns
-from lerobot_llakey.checks.finding import Finding
+from lerobot_llakey.checks.finding import Finding, Place
 from lerobot_llakey.checks.order import is_visited
 
 _NEAR = 0.02
@@ -42,7 +42,7 @@ def check_labels(columns: Columns, dense: bool) -> Iterator[Finding]:
     action, state = columns[schema.ACTION][start].astype(float), columns.hand[end].astype(float)
     marks = np.zeros(len(columns), dtype=bool)
 
-    def place(wrong: np.ndarray) -> str:
+    def place(wrong: np.ndarray) -> Place:
         marks[start[wrong]] = True
         return columns.place(marks)
 
@@ -67,7 +67,7 @@ def check_labels(columns: Columns, dense: bool) -> Iterator[Finding]:
 
 
 def _gripper(
-    opened: np.ndarray, reached: np.ndarray, openings: np.ndarray, place: Callable[[np.ndarray], str]
+    opened: np.ndarray, reached: np.ndarray, openings: np.ndarray, place: Callable[[np.ndarray], Place]
 ) -> Iterator[Finding]:
     """What was commanded open, the opening reached then, and the openings of all rows: (K,), (K,), (N,)."""
     widest = openings.max()

@@ -1,6 +1,6 @@
 """``llakey check``: what is wrong with a dataset, before anything is trained on it.
 
-llakey check --repo_id=me/llakey_keysteps --root=outputs/keysteps
+llakey check --repo_id=me/llakey_keysteps --root=outputs/keysteps --report=outputs/check
 """
 
 from dataclasses import dataclass
@@ -16,7 +16,8 @@ from lerobot_llakey.cli.command_line import with_options
 from lerobot_llakey.cli.errors import one_sentence
 from lerobot_llakey.datasets.collect import quieten
 from lerobot_llakey.datasets.opening import open_dataset
-from lerobot_llakey.files import reading
+from lerobot_llakey.files import check_writable, reading, write_whole
+from lerobot_llakey.inspection.check_report import HEADER, check_report, finding_cells
 from lerobot_llakey.reporting.tables import markdown_table
 
 
@@ -30,17 +31,21 @@ class CheckConfig:
         frames: pictures are decoded of so many frames; 0 looks at the columns alone.
         workspace: bounds in metres of x, y and z that keyframes must keep, as the policy's setting of that name;
             by default any place will do.
+        report: a folder that index.html is written into, with counts, findings and pictures of the first bad frames.
     """
 
     repo_id: str
     root: Path | None = None
     frames: int = FRAMES
     workspace: list[list[float]] | None = None
+    report: Path | None = None
 
     def __post_init__(self) -> None:
         require_count("--frames", self.frames)
         if self.workspace is not None:
             require_box("--workspace", self.workspace, schema.FARTHEST)
+        if self.report is not None:
+            check_writable(self.report)
 
 
 @with_options
@@ -58,11 +63,15 @@ def run(config: CheckConfig) -> None:
     looked = _look(dataset, config.frames, workspace, found)
     refused = [finding for finding in found if finding.certain]
     if found:
-        print(_table(found))
+        print(markdown_table(HEADER, [finding_cells(one) for one in found]))
     print(
         f"{config.repo_id}: {dataset.meta.total_episodes} episodes, {dataset.meta.total_frames} frames, pictures of "
         f"{looked}; {len(refused)} refused, {len(found) - len(refused)} warnings"
     )
+    if config.report is not None:
+        page = config.report / "index.html"
+        write_whole(page, check_report(dataset, found, config.repo_id))
+        print(f"report: {page}")
     if refused:
         raise SystemExit(1)
 
@@ -79,14 +88,6 @@ def _look(dataset: Any, count: int, workspace: schema.Workspace | None, found: l
     found.extend(check_pictures(sample, workspace))
     found.sort(key=lambda finding: not finding.certain)
     return len(sample.hands)
-
-
-def _table(found: list[Finding]) -> str:
-    rows = [
-        ["refused" if one.certain else "warning", one.column, one.expected, one.got, one.place or "-", one.advice]
-        for one in found
-    ]
-    return markdown_table(["", "column", "expected", "got", "at", "what to do"], rows)
 
 
 def main() -> None:

@@ -21,6 +21,7 @@ from lerobot.datasets.dataset_metadata import LeRobotDatasetMetadata
 from lerobot.datasets.feature_utils import get_hf_features_from_features, validate_frame
 
 from lerobot_llakey import schema
+from lerobot_llakey.checks.checksums import write_checksums
 from lerobot_llakey.errors import LlakeyError
 
 PNG_LEVEL = 6
@@ -150,3 +151,4 @@ class ImageDatasetWriter:
             self._parquet.close()
             self._parquet = None
         self.meta.finalize()
+        write_checksums(self.meta.root)

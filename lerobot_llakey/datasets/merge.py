@@ -23,6 +23,7 @@ from lerobot.datasets.io_utils import write_table_one_row_group_per_episode
 from lerobot.datasets.utils import update_chunk_file_indices
 
 from lerobot_llakey import schema
+from lerobot_llakey.checks.checksums import refuse_changed_files, write_checksums
 from lerobot_llakey.datasets.opening import open_metadata
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.files import check_writable, reading
@@ -56,6 +57,8 @@ def merge(sources: Sequence[Path], target: Path, repo_id: str) -> None:
 def merge_into(target: Path, sources: Sequence[Path], repo_id: str) -> None:
     """As :func:`merge`, but into the folder itself: it is a ruin where this is interrupted."""
     name = "local/part"
+    for source in sources:
+        refuse_changed_files(source)
     # LeRobot's functions draw progress bars of their own.
     with contextlib.redirect_stderr(io.StringIO()):
         metas = [open_metadata(source) for source in sources]
@@ -64,6 +67,7 @@ def merge_into(target: Path, sources: Sequence[Path], repo_id: str) -> None:
             aggregate_datasets([name] * len(sources), repo_id, roots=list(sources), aggr_root=target)
         else:
             _merge_images(metas, target, repo_id)
+    write_checksums(target)
 
 
 def _check_columns(metas: Sequence[LeRobotDatasetMetadata]) -> None:

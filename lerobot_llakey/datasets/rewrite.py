@@ -14,6 +14,7 @@ from lerobot.datasets.compute_stats import aggregate_stats, compute_episode_stat
 from lerobot.datasets.io_utils import load_stats, write_stats, write_table_one_row_group_per_episode
 from lerobot.datasets.utils import EPISODES_DIR, INFO_PATH
 
+from lerobot_llakey.checks.checksums import refuse_changed_files, write_checksums
 from lerobot_llakey.files import replacing, write_whole
 
 _TEXTS = ("string", "language")
@@ -34,7 +35,11 @@ def rewrite(
         columns: given the rows of a file, the columns to add or to replace.
         features: LeRobot's description of these columns.
         dropped: columns to remove, where there are any.
+
+    Raises:
+        LlakeyError: if files are not those that the dataset was written with.
     """
+    refuse_changed_files(root)
     numbers = [key for key, feature in features.items() if feature["dtype"] not in _TEXTS]
     stats: dict[int, EpisodeStats] = {}
     for path in sorted((root / "data").rglob("*.parquet")):
@@ -57,6 +62,7 @@ def rewrite(
     info["features"] = {key: feature for key, feature in info["features"].items() if key not in dropped}
     info["features"].update(json.loads(json.dumps(features)))
     write_whole(path, json.dumps(info, indent=4))
+    write_checksums(root)
 
 
 def drop(root: Path, keys: Collection[str]) -> None:

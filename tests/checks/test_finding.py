@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lerobot_llakey.checks.finding import Finding, told
+from lerobot_llakey.checks.finding import Finding, Place, told
 
 
 @pytest.mark.parametrize(
@@ -18,7 +18,7 @@ def test_numbers_are_told_in_four_figures(numbers: np.ndarray, expected: str) ->
 
 
 def test_a_finding_says_what_where_and_what_to_do() -> None:
-    finding = Finding("action", "finite numbers", "nan", "drop these rows", "episode 1, frame 2")
+    finding = Finding("action", "finite numbers", "nan", "drop these rows", Place("episode 1, frame 2", 1, 2))
     assert finding.sentence("mine") == (
         "Expected finite numbers in action of mine, got nan at episode 1, frame 2; drop these rows."
     )

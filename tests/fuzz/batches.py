@@ -38,6 +38,7 @@ def _policy(kind: str) -> Any:
         device="cpu", image_size=32, patch_size=16, vision_width=16, vision_layers=1, vision_heads=2, text_width=32,
         text_layers=1, text_heads=2, instructions=known, proprioception="pose",
         cameras=list(schema.CAMERAS), state_names=list(schema.SIM_STATE_NAMES),
+        workspace=[list(bounds) for bounds in schema.WORKSPACE],
         words=sorted({*grammar_words(BASIC_GRAMMAR), *known_words([*known, "pick up the red block"])}),
     )  # fmt: skip
     if kind == "command":

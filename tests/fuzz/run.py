@@ -3,6 +3,7 @@
     make fuzz
     PYTHONPATH=.:tests python -m fuzz.run --count=500 --seed=0
     PYTHONPATH=.:tests python -m fuzz.run --kinds=dataset,batch --show   # every sentence
+    PYTHONPATH=.:tests python -m fuzz.run --kinds=corrupted --count=200  # files that went bad
 
 Ends with status 1 where an input passed in silence, was answered with a traceback or without naming it, or ended the
 process by a signal or a hang.
@@ -17,19 +18,21 @@ import tempfile
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import torch
 from tqdm import tqdm
 
-from fuzz import actions, batches, checkpoints, command_lines, datasets_on_disk, servers, settings, texts
+from fuzz import actions, batches, checkpoints, command_lines, corrupted, datasets_on_disk, servers, settings, texts
 from fuzz.case import BAD, GOOD, Case, Outcome
 from fuzz.runner import run_cases
 from lerobot_llakey.cli.main import VERBS
 
 KINDS: dict[str, Callable[[Path, np.random.Generator], Iterator[Case]]] = {
     "dataset": datasets_on_disk.cases,
+    "corrupted": corrupted.cases,
     "batch": batches.cases,
     "checkpoint": checkpoints.cases,
     "settings": settings.cases,
@@ -39,6 +42,10 @@ KINDS: dict[str, Callable[[Path, np.random.Generator], Iterator[Case]]] = {
     "text": texts.cases,
 }
 """Generators of cases: given a folder for what they share and a source of chance, all that they can think of."""
+
+
+FOREIGN = "corrupted, no checksums"
+"""Files that went bad in datasets of others, which no checksum tells: counted when asked for, not asked of us."""
 
 
 def draw(kinds: list[str], count: int, seed: int, folder: Path) -> list[Case]:
@@ -51,7 +58,8 @@ def draw(kinds: list[str], count: int, seed: int, folder: Path) -> list[Case]:
         folder: where what the cases share is made.
     """
     rng = np.random.default_rng(seed)
-    found = {kind: list(KINDS[kind](folder / kind.replace(" ", "_"), rng)) for kind in kinds}
+    known = KINDS | {FOREIGN: partial(corrupted.cases, noted=False)}
+    found = {kind: list(known[kind](folder / kind.replace(" ", "_"), rng)) for kind in kinds}
     chosen: list[Case] = []
     for position, kind in enumerate(sorted(kinds, key=lambda kind: len(found[kind]))):
         share = min(len(found[kind]), (count - len(chosen)) // (len(kinds) - position))
@@ -83,7 +91,7 @@ def main() -> int:
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     options.add_argument("--count", type=int, default=500, help="wrong inputs in all")
     options.add_argument("--seed", type=int, default=0, help="of the draw")
-    options.add_argument("--kinds", default=",".join(KINDS), help="which, separated by commas")
+    options.add_argument("--kinds", default=",".join(KINDS), help=f"which, separated by commas; or '{FOREIGN}'")
     options.add_argument("--only", default="", help="cases whose name holds this text")
     options.add_argument("--workers", type=int, default=os.cpu_count(), help="processes at once")
     options.add_argument("--show", action="store_true", help="print every answer, not the bad ones alone")
@@ -92,13 +100,17 @@ def main() -> int:
     torch.set_num_threads(1)  # a thread of the parent is not there in a forked child
     started = time.monotonic()
     with tempfile.TemporaryDirectory(prefix="fuzz-shared-") as folder:
-        cases = draw(given.kinds.split(","), given.count, given.seed, Path(folder))
+        cases = draw(
+            [given.kinds] if given.kinds == FOREIGN else given.kinds.split(","), given.count, given.seed, Path(folder)
+        )
         cases = [case for case in cases if given.only in case.name]
-        outcomes = list(tqdm(run_cases(cases, given.workers), total=len(cases), unit="input"))
-    for outcome in outcomes:
-        if given.show or outcome.result in BAD:
-            text = " ".join(outcome.text.split())[:400]
-            print(f"{outcome.result:9} {outcome.case.kind}: {outcome.case.name} ({outcome.seconds:.1f} s): {text}")
+        outcomes = []
+        for outcome in tqdm(run_cases(cases, given.workers), total=len(cases), unit="input"):
+            outcomes.append(outcome)
+            if given.show or outcome.result in BAD:
+                text = " ".join(outcome.text.split())[:400]
+                seconds = f"{outcome.seconds:.1f} s"
+                tqdm.write(f"{outcome.result:9} {outcome.case.kind}: {outcome.case.name} ({seconds}): {text}")
     print(table(outcomes))
     print(f"{len(outcomes)} inputs in {(time.monotonic() - started) / 60:.1f} minutes.")
     return int(any(outcome.result in BAD for outcome in outcomes))
