@@ -50,8 +50,6 @@ class AnnotateConfig:
         position_tolerance: metres that a resting hand may stray, where no number of the state is named as a joint.
         rotation_tolerance: radians that it may turn.
         gripper_tolerance: share of its travel that a resting gripper may stray.
-        push_to_hub: whether to push the demonstrations with their card.
-        private: whether a pushed dataset is private.
     """
 
     repo_id: str
@@ -72,8 +70,6 @@ class AnnotateConfig:
     position_tolerance: float = 0.004
     rotation_tolerance: float = 0.02
     gripper_tolerance: float = 0.03
-    push_to_hub: bool = False
-    private: bool = False
 
 
 @with_options
@@ -125,10 +121,6 @@ def run(config: AnnotateConfig) -> None:
         grammar=grammar,
     )
     print(f"demonstrations: {root}")
-    if config.push_to_hub:
-        from lerobot_llakey.datasets.card import push
-
-        print(f"pushed: {push(root, config.output_repo_id, private=config.private)}")
 
 
 def main() -> None:
