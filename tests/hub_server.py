@@ -1,7 +1,7 @@
 """A small Hub on loopback: what huggingface_hub needs of it to make, fill, tag, list and read repositories.
 
-It speaks the protocol without xet, so clients must run with ``HF_HUB_DISABLE_XET=1``. Large files go through LFS, in one
-piece or, above ``PART_BYTES``, in several. It counts what it was sent and can be told to fail.
+It speaks the protocol without xet, so clients must run with ``HF_HUB_DISABLE_XET=1``. Large files go through LFS, whole
+or, above ``PART_BYTES``, in several. It counts what it was sent and can be told to fail.
 """
 
 from __future__ import annotations

@@ -59,7 +59,7 @@ def make_card(dataset: LeRobotDataset, facts: CardFacts | None = None, license: 
         data,
         template_str=packaged(TEMPLATE),
         repo_id=dataset.repo_id,
-        kind="demonstrations" if dataset.meta.video_keys else "keysteps",
+        kind="demonstrations" if facts.dense else "keysteps",
         episodes=dataset.meta.total_episodes,
         frames=dataset.meta.total_frames,
         fps=dataset.fps,
@@ -77,7 +77,7 @@ def make_card(dataset: LeRobotDataset, facts: CardFacts | None = None, license: 
         versions={
             "lerobot": metadata.version("lerobot"),
             "llakey": metadata.version("lerobot_policy_llakey"),
-            "dataset": dataset.meta.info["codebase_version"],
+            "dataset": dataset.meta.info.codebase_version,
         },
         license=license,
         most=_MOST,
@@ -86,7 +86,7 @@ def make_card(dataset: LeRobotDataset, facts: CardFacts | None = None, license: 
 
 
 def _named(features: Any) -> Iterator[tuple[str, list[str]]]:
-    for key in (schema.STATE, schema.VELOCITY, schema.ACTION):
+    for key in (schema.STATE, schema.VELOCITY):
         names = (features.get(key) or {}).get("names")
         if isinstance(names, list | tuple):
             yield key, [str(name) for name in names]

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
-from collections import Counter, defaultdict
+import sys
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import groupby
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from lerobot.datasets.lerobot_dataset import LeRobotDataset
 
 from lerobot_llakey import schema
+from lerobot_llakey.checks.columns import EPISODE, TASKS, Columns, read_columns
+from lerobot_llakey.checks.order import is_dense
 from lerobot_llakey.grammar import Grammar, of_features
 
 
@@ -46,6 +51,7 @@ class CardFacts:
         cameras: all of them.
         grammar: of the instructions.
         simulated: whether every episode has a scene seed; whatever has none was recorded.
+        dense: whether every frame up to the last keyframe is there: demonstrations; keysteps leave frames out.
     """
 
     tasks: list[tuple[str, int]]
@@ -58,6 +64,7 @@ class CardFacts:
     cameras: list[CameraFacts]
     grammar: Grammar
     simulated: bool
+    dense: bool
 
 
 def read_facts(dataset: LeRobotDataset) -> CardFacts:
@@ -67,62 +74,58 @@ def read_facts(dataset: LeRobotDataset) -> CardFacts:
         dataset: with an instruction column.
     """
     columns = _columns(dataset)
-    episodes = columns["episode_index"]
-    firsts = np.unique(episodes, return_index=True)[1]
+    firsts = np.array([rows.start for rows in columns.episodes()], dtype=int)
     texts = [str(text) for text in columns[schema.INSTRUCTION]]
-    segments = _segments(episodes, columns.get(schema.KEYFRAME_INDEX), texts)
-    frames, counts = Counter(texts), Counter(text for chain in segments.values() for text in chain)
-    lengths = [len(chain) for chain in segments.values()] or [0]
-    seeds = columns.get(schema.EPISODE_SEED, np.full(len(episodes), -1))[firsts]
+    indices = columns[schema.KEYFRAME_INDEX] if schema.KEYFRAME_INDEX in columns else np.zeros(len(texts), dtype=int)
+    segments = [_segments(indices[rows], texts[rows]) for rows in columns.episodes()]
+    frames, counts = Counter(texts), Counter(text for chain in segments for text in chain)
+    lengths = [len(chain) for chain in segments] or [0]
+    seeds = columns[schema.EPISODE_SEED][firsts] if schema.EPISODE_SEED in columns else np.full(len(firsts), -1)
     return CardFacts(
-        tasks=_counted(str(dataset.meta.tasks.index[task]) for task in columns["task_index"][firsts]),
+        tasks=_counted(str(dataset.meta.tasks.index[task]) for task in columns[TASKS][firsts]),
         simulated_tasks=_counted(filter(None, _texts_at(columns, schema.EPISODE_TASK, firsts))),
-        sequences=_counted(tuple(chain) for chain in segments.values()),
+        sequences=_counted(segments),
         instructions=[(text, counts[text], frames[text]) for text, _ in frames.most_common()],
         keyframes=(min(lengths), float(np.mean(lengths)), max(lengths)),
-        events=_counted(_events(episodes, columns.get(schema.EPISODE_EVENT))),
+        events=_counted(_events(columns)),
         seeds=_seeds(seeds),
         cameras=[_camera(dataset.features, columns, name) for name in schema.cameras_of(dataset.features)],
         grammar=of_features(dataset.features, schema.INSTRUCTION),
         simulated=bool(len(seeds)) and bool((seeds >= 0).all()),
+        dense=is_dense(columns),
     )
 
 
-def _columns(dataset: LeRobotDataset) -> dict[str, np.ndarray]:
+def _columns(dataset: LeRobotDataset) -> Columns:
+    """All rows of the columns that a card tells of."""
     wanted = [
-        *("episode_index", "task_index", schema.INSTRUCTION, schema.KEYFRAME_INDEX),
+        *(EPISODE, TASKS, schema.INSTRUCTION, schema.KEYFRAME_INDEX, schema.NEXT_KEYFRAME),
         *(schema.EPISODE_SEED, *schema.ORIGIN_COLUMNS),
         *(schema.extrinsics_key(name) for name in schema.cameras_of(dataset.features)),
     ]
-    rows = dataset.hf_dataset.with_format("numpy")
-    return {key: np.asarray(rows[key]) for key in wanted if key in dataset.features}
+    features = {key: dataset.features[key] for key in wanted if key in dataset.features}
+    files = list(read_columns(Path(dataset.root), features, most=sys.maxsize))
+    return Columns({key: np.concatenate([file[key] for file in files]) for key in features if files}, {})
 
 
 def _counted[Item](items: Any) -> list[tuple[Item, int]]:
     return Counter(items).most_common()
 
 
-def _texts_at(columns: Mapping[str, np.ndarray], key: str, rows: np.ndarray) -> list[str]:
+def _texts_at(columns: Columns, key: str, rows: np.ndarray) -> list[str]:
     return [str(text) for text in columns[key][rows]] if key in columns else []
 
 
-def _segments(episodes: np.ndarray, indices: np.ndarray | None, texts: Sequence[str]) -> dict[int, list[str]]:
-    """Each episode's instructions in their order; the same one again counts where another keyframe lies between."""
-    chains: dict[int, list[str]] = defaultdict(list)
-    last: dict[int, tuple[int, str]] = {}
-    keys = np.zeros(len(texts), dtype=int) if indices is None else indices
-    for episode, index, text in zip(episodes.tolist(), keys.reshape(-1).tolist(), texts, strict=True):
-        if last.get(episode) != (index, text):
-            chains[episode].append(text)
-            last[episode] = (index, text)
-    return dict(chains)
+def _segments(indices: np.ndarray, texts: Sequence[str]) -> tuple[str, ...]:
+    """An episode's instructions in their order; the same one again counts where another keyframe lies between."""
+    return tuple(text for (_, text), _ in groupby(zip(indices.tolist(), texts, strict=True)))
 
 
-def _events(episodes: np.ndarray, events: np.ndarray | None) -> list[str]:
-    if events is None:
+def _events(columns: Columns) -> list[str]:
+    if schema.EPISODE_EVENT not in columns:
         return []
-    seen = {(int(episode), str(event)) for episode, event in zip(episodes, events, strict=True)}
-    return [event for _, event in sorted(seen) if event]
+    events = columns[schema.EPISODE_EVENT]
+    return [event for rows in columns.episodes() for event in sorted(set(map(str, events[rows]))) if event]
 
 
 def _seeds(seeds: np.ndarray) -> list[tuple[str, int, int, int]]:
@@ -134,8 +137,9 @@ def _seeds(seeds: np.ndarray) -> list[tuple[str, int, int, int]]:
     return found
 
 
-def _camera(features: Mapping[str, Any], columns: Mapping[str, np.ndarray], name: str) -> CameraFacts:
+def _camera(features: Mapping[str, Any], columns: Columns, name: str) -> CameraFacts:
     height, width = features[schema.image_key(name)]["shape"][:2]
-    poses = columns.get(schema.extrinsics_key(name))
-    pose = "not known" if poses is None else "moves" if np.ptp(poses, axis=0).max() > 0 else "stands still"
+    key, pose = schema.extrinsics_key(name), "not known"
+    if key in columns:
+        pose = "moves" if np.ptp(columns[key], axis=0).max() > 0 else "stands still"
     return CameraFacts(name, (int(height), int(width)), schema.depth_key(name) in features, pose)

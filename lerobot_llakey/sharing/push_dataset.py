@@ -49,5 +49,5 @@ def push_dataset(
     facts = read_facts(dataset)
     private = not facts.simulated if private is None else private
     card = make_card(dataset, facts, license or (SIMULATED_LICENSE if facts.simulated else None))
-    version = str(dataset.meta.info["codebase_version"])
+    version = str(dataset.meta.info.codebase_version)
     return upload(Shipment(Path(dataset.root), repo_id, "dataset", FILES, str(card), private, version), api), private

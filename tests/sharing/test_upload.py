@@ -53,7 +53,9 @@ def test_what_is_there_is_not_sent_again_and_what_is_gone_goes(
 @pytest.mark.parametrize("survived", [0, 1, 2])
 def test_an_interrupted_upload_is_taken_up_again(survived: int, shipment: Shipment, hub: Hub, api: HfApi) -> None:
     hub.uploads_left = survived
-    with pytest.raises(LlakeyError, match=r"Expected the Hub to take me/things, got .*500.*; give the same command again"):
+    with pytest.raises(
+        LlakeyError, match=r"Expected the Hub to take me/things, got .*500.*; give the same command again"
+    ):
         upload(shipment, api)
     repo = hub.repos["datasets", "me/things"]
     assert len(hub.uploads) == survived and not repo.tags and set(repo.head) == {".gitattributes"}
@@ -66,7 +68,9 @@ def test_an_interrupted_upload_is_taken_up_again(survived: int, shipment: Shipme
 def test_a_public_repository_gets_nothing_private(shipment: Shipment, hub: Hub, api: HfApi) -> None:
     upload(replace(shipment, private=False), api)
     sent = len(hub.uploads)
-    with pytest.raises(LlakeyError, match=r"Expected a private repository me/things, got a public one; say --private=f"):
+    with pytest.raises(
+        LlakeyError, match=r"Expected a private repository me/things, got a public one; say --private=f"
+    ):
         upload(shipment, api)
     assert len(hub.uploads) == sent
 
@@ -79,9 +83,7 @@ def test_who_may_not_write_is_told_to_log_in(shipment: Shipment, hub: Hub, api: 
         upload(shipment, api)
 
 
-def test_a_hub_out_of_reach_is_said(
-    shipment: Shipment, hub: Hub, api: HfApi, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_hub_out_of_reach_is_said(shipment: Shipment, hub: Hub, api: HfApi, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(LlakeyError, match="give the same command again"):
         upload(shipment, HfApi(endpoint="http://127.0.0.1:9"))
     monkeypatch.setattr(constants, "HF_HUB_OFFLINE", True)
