@@ -60,6 +60,6 @@ def test_what_the_check_refuses_stays_here(hub: Hub, api: HfApi, tmp_path: Path)
         push_dataset(NAME, root, api=api)
     with pytest.raises(LlakeyError, match="Expected demonstrations or keysteps with instruction, got"):
         push_dataset(NAME, Path(fake_recording(tmp_path / "recording", "five_joints", 1, scale=0.125).root), api=api)
-    with pytest.raises(LlakeyError, match="Expected the folder of a dataset at .*nowhere, found none"):
+    with pytest.raises(LlakeyError, match=r"Expected the folder of a dataset at .*nowhere, found none"):
         push_dataset(NAME, tmp_path / "nowhere", api=api)
     assert not hub.requests

@@ -53,7 +53,10 @@ def test_a_composed_policy_arrives_with_a_card_and_its_results(hub: Hub, api: Hf
 def test_a_card_that_someone_wrote_is_kept(hub: Hub, api: HfApi) -> None:
     push_policy(NAME, SHIPPED, private=False, api=api)
     card = card_of(hub)
-    assert not hub.repos["models", NAME].private and card.text.strip() == ModelCard.load(SHIPPED / "README.md").text.strip()
+    assert (
+        not hub.repos["models", NAME].private
+        and card.text.strip() == ModelCard.load(SHIPPED / "README.md").text.strip()
+    )
     assert {"LeRobot", "llakey"} <= set(card.data.tags)
 
 
@@ -68,12 +71,12 @@ def test_an_interrupted_push_goes_on(hub: Hub, api: HfApi, checkpoint: Path) -> 
 
 
 def test_what_would_not_load_stays_here(hub: Hub, api: HfApi, checkpoint: Path) -> None:
-    with pytest.raises(LlakeyError, match="Expected a checkpoint folder at .*nowhere, found none"):
+    with pytest.raises(LlakeyError, match=r"Expected a checkpoint folder at .*nowhere, found none"):
         push_policy(NAME, checkpoint / "nowhere", api=api)
-    with pytest.raises(LlakeyError, match="Expected the results of an evaluation at .*nowhere.json"):
+    with pytest.raises(LlakeyError, match=r"Expected the results of an evaluation at .*nowhere.json"):
         push_policy(NAME, checkpoint, checkpoint / "nowhere.json", api=api)
     (checkpoint / "policy_preprocessor.json").rename(checkpoint / "other.json")
-    with pytest.raises(LlakeyError, match="Expected a checkpoint with policy_preprocessor.json"):
+    with pytest.raises(LlakeyError, match=r"Expected a checkpoint with policy_preprocessor.json"):
         push_policy(NAME, checkpoint, api=api)
     (checkpoint / "other.json").rename(checkpoint / "policy_preprocessor.json")
     weights = load_file(checkpoint / "model.safetensors")
@@ -82,6 +85,6 @@ def test_what_would_not_load_stays_here(hub: Hub, api: HfApi, checkpoint: Path) 
     with pytest.raises(LlakeyError, match="got NaN or infinity in"):
         push_policy(NAME, checkpoint, api=api)
     (checkpoint / "config.json").write_text('{"type": "act"}')
-    with pytest.raises(LlakeyError, match="Expected a checkpoint of llakey, .* got one of act"):
+    with pytest.raises(LlakeyError, match=r"Expected a checkpoint of llakey, .* got one of act"):
         push_policy(NAME, checkpoint, api=api)
     assert not hub.requests
