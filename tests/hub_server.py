@@ -7,85 +7,22 @@ or, above ``PART_BYTES``, in several. It counts what it was sent and can be told
 from __future__ import annotations
 
 import base64
-import hashlib
 import json
 import re
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
 from urllib.parse import unquote, urlsplit
+
+from hub_state import Hub, Repo, entry_of, oid_of
 
 PART_BYTES = 1_000_000
 USER = "me"
 _LARGE = (".parquet", ".mp4", ".safetensors", ".png")
 _REPO = r"(?P<type>models|datasets)/(?P<id>[^/]+/[^/]+)"
 _RESOLVE = re.compile(r"/(?P<prefix>datasets/)?(?P<id>[^/]+/[^/]+)/resolve/(?P<revision>[^/]+)/(?P<path>.+)")
-
-
-@dataclass
-class Repo:
-    """One repository: commits of whole trees, each file its content and whether LFS holds it."""
-
-    private: bool
-    commits: dict[str, dict[str, tuple[bytes, bool]]] = field(default_factory=dict)
-    refs: dict[str, str] = field(default_factory=dict)
-    tags: dict[str, str] = field(default_factory=dict)
-
-    def commit(self, tree: dict[str, tuple[bytes, bool]]) -> str:
-        """Make a tree the head of main."""
-        sha = hashlib.sha1(f"{len(self.commits)}{sorted(tree)}".encode()).hexdigest()
-        self.commits[sha], self.refs["main"] = tree, sha
-        return sha
-
-    def find(self, revision: str) -> str | None:
-        """The commit that a branch, a tag or a hash names."""
-        revision = unquote(revision)
-        return self.refs.get(revision) or self.tags.get(revision) or (revision if revision in self.commits else None)
-
-    @property
-    def head(self) -> dict[str, tuple[bytes, bool]]:
-        """The files of main."""
-        return self.commits[self.refs["main"]]
-
-
-@dataclass
-class Hub:
-    """The server's state, for tests to look at and to set.
-
-    Attributes:
-        url: for ``HF_ENDPOINT``.
-        repos: by type and name.
-        objects: what LFS holds, by SHA-256.
-        uploads: SHA-256 of each object that was sent, in order.
-        requests: method and path of everything that was asked.
-        uploads_left: so many objects are still taken, then all fail with status 500; None for ever.
-        token: that every request must carry; None for none.
-    """
-
-    url: str = ""
-    repos: dict[tuple[str, str], Repo] = field(default_factory=dict)
-    objects: dict[str, bytes] = field(default_factory=dict)
-    parts: dict[str, dict[int, bytes]] = field(default_factory=dict)
-    uploads: list[str] = field(default_factory=list)
-    requests: list[tuple[str, str]] = field(default_factory=list)
-    uploads_left: int | None = None
-    token: str | None = None
-    lock: threading.RLock = field(default_factory=threading.RLock)
-
-    def take(self, oid: str, content: bytes) -> int:
-        """Keep an object, unless this was to fail; the status."""
-        if self.uploads_left == 0:
-            return 500
-        if self.uploads_left is not None:
-            self.uploads_left -= 1
-        if hashlib.sha256(content).hexdigest() != oid:
-            return 400
-        self.objects[oid] = content
-        self.uploads.append(oid)
-        return 200
 
 
 @contextmanager
@@ -192,7 +129,7 @@ class _Handler(BaseHTTPRequestHandler):
             for file in json.loads(body)["files"]:
                 mode = "lfs" if file["path"].endswith(_LARGE) else "regular"
                 there = repo.head.get(file["path"])
-                oid = _oid(*there) if there else None
+                oid = oid_of(*there) if there else None
                 files.append({"path": file["path"], "uploadMode": mode, "shouldIgnore": False, "oid": oid})
             self._answer(200, {"files": files})
 
@@ -245,7 +182,7 @@ class _Handler(BaseHTTPRequestHandler):
         repo = self._repo(type, id)
         found = repo and self._tree(repo, revision)
         if found:
-            self._answer(200, [_entry(path, *file) for path, file in sorted(found[1].items())])
+            self._answer(200, [entry_of(path, *file) for path, file in sorted(found[1].items())])
 
     def _refs(self, body: bytes, type: str, id: str) -> None:
         repo = self._repo(type, id)
@@ -278,19 +215,7 @@ class _Handler(BaseHTTPRequestHandler):
         if unquote(path) not in tree:
             return self._answer(404, {"error": "Entry not found"}, X_Error_Code="EntryNotFound", X_Repo_Commit=sha)
         content, large = tree[unquote(path)]
-        return self._answer(200, content, ETag=f'"{_oid(content, large)}"', X_Repo_Commit=sha)
-
-
-def _oid(content: bytes, large: bool) -> str:
-    if large:
-        return hashlib.sha256(content).hexdigest()
-    return hashlib.sha1(b"blob %d\0" % len(content) + content).hexdigest()
-
-
-def _entry(path: str, content: bytes, large: bool) -> dict[str, Any]:
-    entry = {"type": "file", "path": path, "size": len(content), "oid": _oid(content, False)}
-    lfs = {"oid": _oid(content, True), "size": len(content), "pointerSize": 134}
-    return entry | ({"lfs": lfs} if large else {})
+        return self._answer(200, content, ETag=f'"{oid_of(content, large)}"', X_Repo_Commit=sha)
 
 
 _ROUTES = [

@@ -1,4 +1,4 @@
-"""Over loopback: a dataset is pushed and trained on by its name, and the policy that comes of it pushed and evaluated."""
+"""Over loopback: a dataset is pushed and trained on by its name; the policy made of it is pushed and evaluated."""
 
 import hashlib
 import os
