@@ -1,8 +1,10 @@
 """A dataset goes to the Hub with its card and LeRobot's tag, and not at all if it would not train."""
 
 import hashlib
+from collections.abc import Callable
 from pathlib import Path
 
+import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 from huggingface_hub import DatasetCard, HfApi
@@ -16,6 +18,15 @@ from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.sharing.push_dataset import push_dataset
 
 NAME = "me/keysteps"
+
+
+def change(root: Path, key: str, new: Callable[[list], list]) -> None:
+    """Give a column of a dataset other values."""
+    for path in (root / "data").rglob("*.parquet"):
+        table = pq.read_table(path)
+        place = table.column_names.index(key)
+        field = table.schema.field(place)
+        pq.write_table(table.set_column(place, field, pa.array(new(table[key].to_pylist()), field.type)), path)
 
 
 def test_a_dataset_arrives_whole_with_card_and_version(hub: Hub, api: HfApi, tmp_path: Path) -> None:
@@ -35,11 +46,7 @@ def test_a_dataset_arrives_whole_with_card_and_version(hub: Hub, api: HfApi, tmp
 
 def test_a_recording_is_private_unless_it_is_said_otherwise(hub: Hub, api: HfApi, tmp_path: Path) -> None:
     root = Path(fake_keysteps(tmp_path / "keysteps", repo_id=NAME).root)
-    for path in (root / "data").rglob("*.parquet"):
-        table = pq.read_table(path)
-        unknown = [-1] * len(table)
-        place = table.column_names.index(schema.EPISODE_SEED)
-        pq.write_table(table.set_column(place, table.schema.field(place), [unknown]), path)
+    change(root, schema.EPISODE_SEED, lambda seeds: [-1] * len(seeds))
     assert push_dataset(NAME, root, api=api)[1]
     assert hub.repos["datasets", NAME].private
     assert "licence | not given" in hub.repos["datasets", NAME].head["README.md"][0].decode()
@@ -50,12 +57,7 @@ def test_a_recording_is_private_unless_it_is_said_otherwise(hub: Hub, api: HfApi
 
 def test_what_the_check_refuses_stays_here(hub: Hub, api: HfApi, tmp_path: Path) -> None:
     root = Path(fake_keysteps(tmp_path / "keysteps", repo_id=NAME).root)
-    for path in (root / "data").rglob("*.parquet"):
-        table = pq.read_table(path)
-        place = table.column_names.index(schema.ACTION)
-        broken = table[schema.ACTION].to_pylist()
-        broken[0][0] = float("nan")
-        pq.write_table(table.set_column(place, table.schema.field(place), [broken]), path)
+    change(root, schema.ACTION, lambda actions: [[float("nan")] * len(actions[0]), *actions[1:]])
     with pytest.raises(LlakeyError, match=f"^Expected .* in action of {NAME}, got .*nan"):
         push_dataset(NAME, root, api=api)
     with pytest.raises(LlakeyError, match="Expected demonstrations or keysteps with instruction, got"):
