@@ -6,6 +6,7 @@ import os
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from importlib import resources
 from pathlib import Path
 
 from filelock import FileLock, Timeout
@@ -193,3 +194,14 @@ def _locked(file: Path, folder: Path, option: str) -> Iterator[None]:
         yield
     finally:
         lock.release()
+
+
+def packaged(name: str) -> str:
+    """A text that lies beside the package in a clone, and inside it once installed.
+
+    Args:
+        name: from that folder on, such as ``dataset_cards/llakey_dataset.md``.
+    """
+    package = Path(str(resources.files("lerobot_llakey")))
+    inside = package / name
+    return (inside if inside.is_file() else package.parent / name).read_text(encoding="utf-8")

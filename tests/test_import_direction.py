@@ -61,13 +61,14 @@ MAY_IMPORT: dict[str, set[str]] = {
     "diagnostics": WORDS | POLICIES | SHARED | {"policies", "sim", "datasets"},
     "dagger": WORDS | {"sim", "datasets", "parallel", "rollout"},
     "drive": WORDS | POLICIES | {"policies", "sim", "rollout"},
+    "sharing": WORDS | POLICIES | {"checks", "saved", "datasets"},
     "experiments": WORDS | POLICIES | SHARED | EVALUATION | {"sim", "datasets"},
     "cli": WORDS
     | POLICIES
     | SHARED
     | EVALUATION
     | {"saved", "labels", "checks", "policies", "sim", "datasets", "inspection", "diagnostics", "dagger", "drive"}
-    | {"experiments"},
+    | {"experiments", "sharing"},
     # Importing the package registers its environment and its policies.
     "": POLICIES | {"policies", "saved", "sim"},
 }

@@ -58,8 +58,6 @@ class AnnotateConfig:
         turn_tolerance: waypoints: degrees by which they may miss its rotation.
         speed_prominence: speed: by how much the hand is slower at a keyframe, as a share of the episode's high speed.
         merge_within: seconds within which keyframes of two rules, or two waypoints, are one.
-        push_to_hub: whether to push the demonstrations with their card.
-        private: whether a pushed dataset is private.
     """
 
     repo_id: str
@@ -85,8 +83,6 @@ class AnnotateConfig:
     turn_tolerance: float = RuleSettings.turn
     speed_prominence: float = RuleSettings.prominence
     merge_within: float = RuleSettings.merge
-    push_to_hub: bool = False
-    private: bool = False
 
 
 @with_options
@@ -147,10 +143,6 @@ def run(config: AnnotateConfig) -> None:
         grammar=grammar,
     )
     print(f"demonstrations: {root}")
-    if config.push_to_hub:
-        from lerobot_llakey.datasets.card import push
-
-        print(f"pushed: {push(root, config.output_repo_id, private=config.private)}")
 
 
 def main() -> None:

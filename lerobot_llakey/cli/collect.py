@@ -46,8 +46,6 @@ class CollectConfig:
         image_size: pixels of height and width.
         fps: frames a second.
         num_workers: processes; one for each CPU core where 0.
-        push_to_hub: whether to push the datasets with their card afterwards.
-        private: whether a pushed dataset is private.
     """
 
     task: str
@@ -68,8 +66,6 @@ class CollectConfig:
     image_size: int = schema.IMAGE_SIZE
     fps: int = 10
     num_workers: int = 0
-    push_to_hub: bool = False
-    private: bool = False
 
     def settings(self) -> CollectSettings:
         """What to collect.
@@ -111,15 +107,11 @@ class CollectConfig:
 
 @with_options
 def run(config: CollectConfig) -> None:
-    """Collect, say what was discarded, and push where asked."""
+    """Collect, and say what was discarded."""
     targets = config.targets()
     discarded = collect(config.settings(), targets, config.num_workers)
-    for kind, (root, repo_id) in targets.named().items():
+    for kind, (root, _) in targets.named().items():
         print(f"{kind}: {root}")
-        if config.push_to_hub:
-            from lerobot_llakey.datasets.card import push
-
-            print(f"pushed: {push(root, repo_id, private=config.private)}")
     for reason, count in sorted(discarded.items()):
         print(f"discarded: {count} of {reason}")
 

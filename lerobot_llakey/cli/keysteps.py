@@ -32,8 +32,6 @@ class KeystepsConfig:
         min_per_segment: samples of each segment at the least.
         keyframe_repeats: how often a sample at a keyframe counts.
         seed: of the random choices.
-        push_to_hub: whether to push the keysteps with their card.
-        private: whether a pushed dataset is private.
     """
 
     repo_id: str
@@ -45,8 +43,6 @@ class KeystepsConfig:
     min_per_segment: int = 3
     keyframe_repeats: int = 6
     seed: int = 0
-    push_to_hub: bool = False
-    private: bool = False
 
 
 @with_options
@@ -60,10 +56,6 @@ def run(config: KeystepsConfig) -> None:
     source = open_dataset(config.repo_id, config.root)
     count = convert(source, root, config.output_repo_id, balance=balance, seed=config.seed)
     print(f"{count} keysteps of {source.num_episodes} episodes: {root}")
-    if config.push_to_hub:
-        from lerobot_llakey.datasets.card import push
-
-        print(f"pushed: {push(root, config.output_repo_id, private=config.private)}")
 
 
 def main() -> None:

@@ -26,6 +26,7 @@ VERBS: dict[str, tuple[str, str]] = {
         "let a policy act, and write what the expert would have done",
     ),
     "merge": ("lerobot_llakey.cli.merge", "join finished datasets into one"),
+    "push": ("lerobot_llakey.cli.push", "put a dataset or a policy on the Hub, with its card"),
     "upgrade": ("lerobot_llakey.cli.upgrade", "bring a dataset of the first data contract to the present one"),
     "compose": ("lerobot_llakey.cli.compose", "make one checkpoint of a command and an action policy, and back"),
     "bench": ("lerobot_llakey.cli.bench", "how fast collecting, loading, training and deciding are here"),
@@ -40,7 +41,7 @@ VERBS: dict[str, tuple[str, str]] = {
     "demo": ("lerobot_llakey.cli.demo", "watch a trained policy do the tasks: a table of successes, and videos"),
 }
 """What can be asked for: verb -> (module with a ``main()``, summary in one line)."""
-RESUMED = ("collect", "table", "rollback", "ambiguity", "reproduce")
+RESUMED = ("collect", "push", "table", "rollback", "ambiguity", "reproduce")
 """Verbs that go on where they were when they are started again with the same options."""
 
 

@@ -1,35 +1,30 @@
-"""The dataset card, and pushing a dataset to the Hub with it."""
+"""The dataset card: what a dataset says about itself, in the form that the Hub reads."""
 
 from __future__ import annotations
 
-from collections import Counter
-from importlib import resources
+from collections.abc import Iterator
+from dataclasses import replace
+from importlib import metadata
 from pathlib import Path
+from typing import Any
 
-import numpy as np
 from huggingface_hub import DatasetCard, DatasetCardData
 from lerobot.datasets.lerobot_dataset import LeRobotDataset
 
 from lerobot_llakey import schema
-from lerobot_llakey.datasets.opening import open_dataset
+from lerobot_llakey.datasets.card_facts import CardFacts, read_facts
 from lerobot_llakey.datasets.parts import RECORD, read_record
 from lerobot_llakey.errors import LlakeyError
+from lerobot_llakey.files import packaged
 
-TEMPLATE = "llakey_demonstrations.md"
-_TAGS = ["LeRobot", "llakey", "robotics", "keyframes"]
-
-
-def template() -> str:
-    """The card's template: beside the package in a clone, inside it once installed."""
-    package = resources.files("lerobot_llakey")
-    inside = package / "dataset_cards" / TEMPLATE
-    if inside.is_file():
-        return inside.read_text(encoding="utf-8")
-    return (Path(str(package)).parent / "dataset_cards" / TEMPLATE).read_text(encoding="utf-8")
+TEMPLATE = "dataset_cards/llakey_dataset.md"
+TAGS = ["LeRobot", "llakey", "robotics", "keyframes"]
+_MOST, _FEWER = 40, 20
+"""Entries of a list, and of the list of the longest entries."""
 
 
-def make_card(dataset: LeRobotDataset) -> DatasetCard:
-    """The card of a demonstrations or keysteps dataset.
+def require_instructions(dataset: LeRobotDataset) -> None:
+    """Refuse a dataset that is no LLaKey dataset.
 
     Raises:
         LlakeyError: if the dataset has no instruction column.
@@ -39,53 +34,81 @@ def make_card(dataset: LeRobotDataset) -> DatasetCard:
             f"Expected demonstrations or keysteps with {schema.INSTRUCTION}, got {dataset.repo_id} without; annotate "
             "it first."
         )
-    has_videos = bool(dataset.meta.video_keys)
+
+
+def make_card(dataset: LeRobotDataset, facts: CardFacts | None = None, license: str | None = None) -> DatasetCard:
+    """The card of a demonstrations or keysteps dataset, the simulator's or anyone's.
+
+    Args:
+        dataset: what it is about.
+        facts: what :func:`read_facts` says of it, where that is known already.
+        license: by the Hub's name for it; None where none is given.
+
+    Raises:
+        LlakeyError: if the dataset has no instruction column.
+    """
+    require_instructions(dataset)
+    facts = facts or read_facts(dataset)
     data = DatasetCardData(
-        license="apache-2.0",
+        license=license,
         task_categories=["robotics"],
-        tags=_TAGS,
+        tags=TAGS,
         configs=[{"config_name": "default", "data_files": "data/*/*.parquet"}],
     )
-    columns = [
-        (key, feature["dtype"], " x ".join(str(size) for size in feature["shape"]))
-        for key, feature in dataset.features.items()
-    ]
-    record = read_record(dataset.root) if (dataset.root / RECORD).exists() else None
     return DatasetCard.from_template(
         data,
-        template_str=template(),
+        template_str=packaged(TEMPLATE),
         repo_id=dataset.repo_id,
-        kind="demonstrations" if has_videos else "keysteps",
+        kind="demonstrations" if facts.dense else "keysteps",
         episodes=dataset.meta.total_episodes,
         frames=dataset.meta.total_frames,
         fps=dataset.fps,
         robot=dataset.meta.robot_type or "not given",
-        instructions=_instruction_counts(dataset),
-        skills=[str(name) for name in dataset.meta.tasks.index],
-        columns=columns,
-        record=record,
+        megabytes=sum(file.stat().st_size for file in Path(dataset.root).rglob("*") if file.is_file()) / 1e6,
+        facts=_in_markdown(facts),
+        columns=[
+            (key, feature["dtype"], " x ".join(str(size) for size in feature["shape"]))
+            for key, feature in dataset.features.items()
+        ],
+        named=list(_named(dataset.features)),
+        grammar=_about_grammar(facts),
+        policy="llakey" if schema.cameras_of(dataset.features, depth=True) else "llakey_command",
+        record=read_record(dataset.root) if (dataset.root / RECORD).exists() else None,
+        versions={
+            "lerobot": metadata.version("lerobot"),
+            "llakey": metadata.version("lerobot_policy_llakey"),
+            "dataset": dataset.meta.info.codebase_version,
+        },
+        license=license,
+        most=_MOST,
+        fewer=_FEWER,
     )
 
 
-def _instruction_counts(dataset: LeRobotDataset) -> list[tuple[str, int]]:
-    """How many frames are led by each instruction, the most frequent first."""
-    texts = dataset.hf_dataset.with_format("numpy")[schema.INSTRUCTION]
-    return Counter(str(text) for text in np.asarray(texts)).most_common()
+def _named(features: Any) -> Iterator[tuple[str, list[str]]]:
+    for key in (schema.STATE, schema.VELOCITY):
+        names = (features.get(key) or {}).get("names")
+        if isinstance(names, list | tuple):
+            yield key, [str(name) for name in names]
 
 
-def push(root: Path, repo_id: str, *, private: bool = False) -> str:
-    """Push a dataset with its card to the Hub.
+def _about_grammar(facts: CardFacts) -> str:
+    if facts.grammar.is_free:
+        return "Any sentence is an instruction here."
+    wordings = [template.texts[0] for template in facts.grammar.templates.values()]
+    shown = "; ".join(f"`{wording}`" for wording in wordings)
+    return f"Instructions follow {facts.grammar.name}, which stands in the instruction column's `info`: {shown}."
 
-    Args:
-        root: its folder.
-        repo_id: user/name.
-        private: whether to hide it.
 
-    Returns:
-        Its address.
-    """
-    dataset = open_dataset(repo_id, root)
-    card = make_card(dataset)
-    dataset.push_to_hub(private=private, tags=_TAGS[1:])
-    card.push_to_hub(repo_id, repo_type="dataset")
-    return f"https://huggingface.co/datasets/{repo_id}"
+def _in_markdown(facts: CardFacts) -> CardFacts:
+    """The same facts with texts that break neither a table nor a list."""
+    return replace(
+        facts,
+        tasks=[(_line(text), count) for text, count in facts.tasks],
+        instructions=[(_line(text), segments, frames) for text, segments, frames in facts.instructions],
+        sequences=[(tuple(map(_line, texts)), count) for texts, count in facts.sequences],
+    )
+
+
+def _line(text: str) -> str:
+    return " ".join(text.split()).replace("|", "\\|").replace("<", "&lt;") or "(empty)"

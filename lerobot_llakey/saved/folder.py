@@ -22,8 +22,9 @@ from lerobot_llakey.saved.processors import check_steps
 DOWNLOAD = ("revision", "cache_dir", "force_download", "token", "local_files_only")
 """Options of LeRobot's ``from_pretrained`` that say how a Hub repository is fetched."""
 PROCESSORS = tuple(f"{name}.json" for name in (POLICY_PREPROCESSOR_DEFAULT_NAME, POLICY_POSTPROCESSOR_DEFAULT_NAME))
-_READ = ("*.json", "*.safetensors", "language_model/*")
-"""What of a Hub repository is fetched; the folder holds a language model's architecture and processor."""
+FILES = ("*.json", "*.safetensors", "language_model/*")
+"""What of a Hub repository is fetched, and so what is sent there; in the folder are a language model's architecture and
+processor."""
 _MOST_BYTES = 100_000_000
 """Of a JSON file: a tokenizer's vocabulary is the largest."""
 
@@ -51,7 +52,7 @@ def find_checkpoint(path: str | Path, **options: Any) -> Path:
             f"Expected a checkpoint folder or a Hub name, got {name}, where none was found; check the path."
         )
     try:
-        return Path(snapshot_download(name, **{"allow_patterns": list(_READ)} | options))
+        return Path(snapshot_download(name, **{"allow_patterns": list(FILES)} | options))
     except (OSError, ValueError, HFValidationError) as error:
         raise LlakeyError(
             f"Expected a checkpoint folder or a Hub name, got {name}: no folder here, and the Hub does not give it "

@@ -1,122 +1,139 @@
-"""What goes to the Hub beside the weights: processors, and LeRobot's card with what the policy is and its results."""
+"""The model card of a policy of this package, made of its settings, its training run and an evaluation's figures."""
 
 from __future__ import annotations
 
-import json
-from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from huggingface_hub import ModelCard
+from huggingface_hub import ModelCard, ModelCardData
 from lerobot.policies.pretrained import PreTrainedPolicy
 
-from lerobot_llakey.errors import LlakeyError, MissingFileError
+from lerobot_llakey.files import packaged
+from lerobot_llakey.policies.action.configuration_llakey_action import LlakeyActionConfig
+from lerobot_llakey.policies.command.configuration_llakey_command import LlakeyCommandConfig
 from lerobot_llakey.policies.hierarchy.configuration_llakey import LlakeyConfig
 from lerobot_llakey.policies.hierarchy.processor_llakey import make_llakey_pre_post_processors
+from lerobot_llakey.policies.hierarchy.results import known_results
 
-RESULTS_FILE = "results.json"
-"""Name of an evaluation's figures, in the folder of the evaluation or of a checkpoint."""
+AnyConfig = LlakeyConfig | LlakeyCommandConfig | LlakeyActionConfig
 
-ABOUT = """This is a LLaKey policy (*Follow My Basic Action Instructions to Your Next Key State*): a command policy, a
-vision-language model, looks at the scene and says the next basic action in words; an action policy, a multi-view
-transformer on the point cloud, turns them into the next keyframe pose. It needs the `lerobot_policy_llakey` package,
-which LeRobot finds by its name."""
+TAGS = ("LeRobot", "llakey", "robotics")
+LICENSE = "apache-2.0"
+_COMMAND = "a command policy, a vision-language model, looks at the scene and says the next basic action in words"
+_ACTION = "an action policy, a multi-view transformer on the point cloud, turns such words into the next keyframe pose"
+_METHOD = "LLaKey (*Follow My Basic Action Instructions to Your Next Key State*)"
+_ABOUT = {
+    "llakey": f"This is a LLaKey policy. In {_METHOD}, {_COMMAND}; {_ACTION}. Both are in this checkpoint.",
+    "llakey_command": f"This is the command policy of {_METHOD}, in which {_COMMAND}. It moves nothing by itself.",
+    "llakey_action": f"This is the action policy of {_METHOD}, in which {_ACTION}. It has to be given instructions.",
+}
+_EVALUATE = "lerobot-eval {policy} --env.type=llakey_sim --env.task=all --eval.n_episodes=25 --policy.device=cpu"
+_USE = {
+    "llakey": _EVALUATE.format(policy="--policy.path={name}"),
+    "llakey_command": _EVALUATE.format(
+        policy="--policy.type=llakey --policy.command_path={name} \\\n    --policy.action_path=ACTION_POLICY"
+    ),
+    "llakey_action": _EVALUATE.format(
+        policy="--policy.type=llakey --policy.command_path=COMMAND_POLICY \\\n    --policy.action_path={name}"
+    ),
+}
 
-_PLACEHOLDER = "_No evaluation results have been provided for this policy yet._"
+
+@dataclass(frozen=True)
+class TrainingRun:
+    """What a card says of a policy's training.
+
+    Attributes:
+        dataset: its name on the Hub.
+        steps, batch_size, seed: of the run.
+    """
+
+    dataset: str | None = None
+    steps: int | None = None
+    batch_size: int | None = None
+    seed: int | None = None
 
 
-def results_table(results: Any) -> str:
-    """The Markdown table of an evaluation's figures.
+def make_model_card(
+    config: AnyConfig,
+    name: str,
+    run: TrainingRun | None = None,
+    *,
+    parameters: int | None = None,
+    results: str | None = None,
+    license: str | None = None,
+) -> ModelCard:
+    """The card of a policy.
 
     Args:
-        results: content of a ``results.json``, in one of three forms: a finished table under ``markdown``; under
-            ``rows``, for each row of a table, ``tasks`` and ``average`` with ``success`` and ``spread`` in 0..1, as
-            ``llakey table`` writes them; under ``episodes`` a list with ``task`` and ``success``, as ``llakey demo``.
-
-    Raises:
-        LlakeyError: if it holds none of them.
+        config: its settings.
+        name: of its repository.
+        run: how it was trained, where that is known.
+        parameters: how many there are.
+        results: a table in Markdown.
+        license: by the Hub's name for it; by default the settings' own, else this package's.
     """
-    try:
-        if "markdown" in results:
-            return str(results["markdown"]).strip()
-        return _table_of_rows(results["rows"]) if "rows" in results else _table_of_episodes(results["episodes"])
-    except (KeyError, TypeError, AttributeError, ZeroDivisionError) as error:
-        raise LlakeyError(
-            "Expected results with a table under 'markdown', rows with 'tasks' and 'average' under 'rows', or episodes "
-            "with 'task' and 'success' under 'episodes', got none of them; give the results.json of an evaluation."
-        ) from error
+    run = run or TrainingRun()
+    data = ModelCardData(
+        license=license or config.license or LICENSE,
+        library_name="lerobot",
+        pipeline_tag="robotics",
+        tags=list(dict.fromkeys([*TAGS, config.type, *(config.tags or [])])),
+        datasets=run.dataset if _is_public_name(run.dataset) else None,
+        model_name=config.type,
+    )
+    features = {**(config.input_features or {}), **(config.output_features or {})}
+    return ModelCard.from_template(
+        data,
+        template_str=packaged("model_cards/llakey_policy.md"),
+        name=name,
+        about=_ABOUT[config.type],
+        facts=list(_facts(config, run, parameters).items()),
+        use=_USE[config.type].format(name=name),
+        feeds=f"Without the simulator, `llakey show` and LeRobot's own robots take the checkpoint as `{name}`, too.",
+        results=results,
+        features=[(key, " x ".join(map(str, feature.shape))) for key, feature in features.items()],
+    )
 
 
-def _table_of_rows(rows: Mapping[str, Any]) -> str:
-    tasks = list(dict.fromkeys(task for row in rows.values() for task in row["tasks"]))
-    lines = [f"| success | {' | '.join(f'`{task}`' for task in tasks)} | average |", "|---" * (len(tasks) + 2) + "|"]
-    for name, row in rows.items():
-        cells = [*(row["tasks"].get(task) for task in tasks), row["average"]]
-        lines.append(f"| {' | '.join([name, *map(_cell, cells)])} |")
-    return "\n".join(lines)
+def _facts(config: AnyConfig, run: TrainingRun, parameters: int | None) -> dict[str, str]:
+    """What is known, in words."""
+    command = config.command if isinstance(config, LlakeyConfig) and config.has_command else config
+    action = config.action if isinstance(config, LlakeyConfig) else config
+    found: dict[str, Any] = {"type": f"`{config.type}`", "parameters": parameters and f"{parameters:,}"}
+    if isinstance(command, LlakeyCommandConfig):
+        found["vision-language model"] = command.model or "small, the LLaVA classes of `transformers`"
+        found["cameras of the command policy"] = _listed(command.cameras)
+    if isinstance(action, LlakeyActionConfig):
+        found["design of the action policy"] = action.design
+        found["cameras of the action policy"] = _listed(action.cameras)
+        found["workspace, metres"] = _box(action.workspace)
+    if isinstance(config, LlakeyConfig):
+        found["commander"] = config.commander
+    found["instructions"] = "any sentence" if config.rules.is_free else config.rules.name
+    found["trained on"] = run.dataset
+    found["steps and batch size"] = run.steps and f"{run.steps:,} of {run.batch_size}, seed {run.seed}"
+    return {key: str(value) for key, value in found.items() if value}
 
 
-def _cell(figures: Mapping[str, float] | None) -> str:
-    """Percent, and the spread over repeats."""
-    return "" if figures is None else f"{100 * figures['success']:.1f} ± {100 * figures['spread']:.1f}"
+def _listed(cameras: Any) -> str:
+    return ", ".join(f"`{camera}`" for camera in cameras) if isinstance(cameras, list | tuple) else str(cameras)
 
 
-def _table_of_episodes(episodes: Sequence[Mapping[str, Any]]) -> str:
-    lines, shares = ["| task | episodes | success |", "|---|---|---|"], []
-    for task in dict.fromkeys(one["task"] for one in episodes):
-        outcomes = [bool(one["success"]) for one in episodes if one["task"] == task]
-        shares.append(sum(outcomes) / len(outcomes))
-        lines.append(f"| `{task}` | {len(outcomes)} | {sum(outcomes)} ({100 * shares[-1]:.0f} %) |")
-    lines.append(f"| average | {len(episodes)} | {100 * sum(shares) / len(shares):.0f} % |")
-    return "\n".join(lines)
+def _box(bounds: Any) -> str:
+    if not isinstance(bounds, list | tuple):
+        return str(bounds or "")
+    return ", ".join(f"{axis} {low:.2f} to {high:.2f}" for axis, (low, high) in zip("xyz", bounds, strict=True))
 
 
-def read_results(path: str | Path) -> str:
-    """The Markdown table in a ``results.json``, or in the one in a folder.
-
-    Raises:
-        MissingFileError: if there is none.
-        LlakeyError: if it is no evaluation's.
-    """
-    file = Path(path) / RESULTS_FILE if Path(path).is_dir() else Path(path)
-    if not file.is_file():
-        raise MissingFileError(f"Expected the results of an evaluation at {file}, got nothing; correct results_path.")
-    try:
-        return results_table(json.loads(file.read_text(encoding="utf-8")))
-    except ValueError as error:
-        raise LlakeyError(f"{file}: {error}") from error
-
-
-def known_results(path: str | None, folder: Path | None) -> str | None:
-    """The table that a setting names, else that of the ``results.json`` in a folder, else None.
-
-    Raises:
-        MissingFileError: if the setting leads nowhere.
-        LlakeyError: if there is something else.
-    """
-    if path is not None:
-        return read_results(path)
-    return read_results(folder) if folder is not None and (folder / RESULTS_FILE).is_file() else None
-
-
-def fill_card(card: ModelCard, table: str | None) -> ModelCard:
-    """Say in LeRobot's card what the policy is, and put the table where its results belong.
-
-    Args:
-        card: as LeRobot makes it.
-        table: in Markdown; None leaves the results as LeRobot has them.
-    """
-    heading = card.text.find("\n---\n")
-    text = f"{card.text[:heading]}\n{ABOUT}\n{card.text[heading:]}" if heading >= 0 else f"{card.text}\n\n{ABOUT}\n"
-    if table is not None:
-        known = _PLACEHOLDER in text
-        text = text.replace(_PLACEHOLDER, table) if known else f"{text}\n\n## Evaluation\n\n{table}\n"
-    card.text = text
-    return card
+def _is_public_name(name: str | None) -> bool:
+    """Whether a data set's name can be one of the Hub: ``local/...`` never is."""
+    return name is not None and name.count("/") == 1 and not name.startswith("local/")
 
 
 class PublishedPolicy(PreTrainedPolicy):
-    """A policy that is pushed with its processors and a card with its results.
+    """A policy that LeRobot pushes with its processors and this package's card with its results.
 
     Attributes:
         evaluated_in: folder in which a ``results.json`` of just these weights may lie: where they were loaded from.
@@ -127,19 +144,37 @@ class PublishedPolicy(PreTrainedPolicy):
     config: LlakeyConfig
     evaluated_in: Path | None = None
 
-    def generate_model_card(self, *args: Any, **kwargs: Any) -> ModelCard:
-        """LeRobot's card, with what the policy is and, where an evaluation is known, its table of results.
+    def generate_model_card(
+        self,
+        dataset_repo_id: str | None,
+        model_type: str,
+        license: str | None,
+        tags: list[str] | None,
+        cfg: Any = None,
+        dataset_meta: Any = None,
+    ) -> ModelCard:
+        """The card for ``lerobot-train``'s own push, with the table of results where an evaluation is known.
 
         Args:
-            *args: as LeRobot's.
-            **kwargs: likewise.
+            dataset_repo_id: of the training data.
+            model_type: as LeRobot's.
+            license: by the Hub's name for it.
+            tags: as LeRobot's; the settings hold them.
+            cfg: of the training run.
+            dataset_meta: as LeRobot's.
 
         Raises:
             MissingFileError: if ``results_path`` leads nowhere.
             LlakeyError: if what is there is no evaluation.
         """
-        return fill_card(
-            super().generate_model_card(*args, **kwargs), known_results(self.config.results_path, self.evaluated_in)
+        run = TrainingRun(dataset_repo_id, *((cfg and (cfg.steps, cfg.batch_size, cfg.seed)) or ()))
+        return make_model_card(
+            self.config,
+            self.config.repo_id or model_type,
+            run,
+            parameters=sum(weight.numel() for weight in self.parameters()),
+            results=known_results(self.config.results_path, self.evaluated_in),
+            license=license,
         )
 
     def push_to_hub(self, repo_id: str, **kwargs: Any) -> str:

@@ -9,69 +9,25 @@ from lerobot.configs import PreTrainedConfig
 from lerobot.configs.default import DatasetConfig
 from lerobot.configs.train import TrainPipelineConfig
 
-from lerobot_llakey.policies.hierarchy.model_card import fill_card, known_results, read_results, results_table
+from lerobot_llakey.policies.hierarchy.model_card import TrainingRun, make_model_card
 from lerobot_llakey.policies.hierarchy.modeling_llakey import LlakeyPolicy
 
 TABLE = "| task | success |\n|---|---|\n| `close_jar` | 96 % |"
 
 
-def test_counts_successes_by_task() -> None:
-    episodes = [{"task": task, "success": done} for task, done in (("a", True), ("b", True), ("a", False))]
-    table = results_table({"episodes": episodes}).splitlines()
-    assert table[2:] == ["| `a` | 2 | 1 (50 %) |", "| `b` | 1 | 1 (100 %) |", "| average | 3 | 75 % |"]
-
-
-def test_takes_a_finished_table_as_it_is() -> None:
-    assert results_table({"markdown": "| a |\n|---|\n", "episodes": []}) == "| a |\n|---|"
-
-
-def test_shows_the_rows_of_a_table_with_their_spread() -> None:
-    half, all_ = {"success": 0.5, "spread": 0.04}, {"success": 1.0, "spread": 0.0}
-    rows = {
-        "LLaKey": {"tasks": {"a": half, "b": all_}, "average": half},
-        "RVT": {"tasks": {"b": half}, "average": half},
-    }
-    assert results_table({"rows": rows, "settings": {}}).splitlines() == [
-        "| success | `a` | `b` | average |",
-        "|---|---|---|---|",
-        "| LLaKey | 50.0 ± 4.0 | 100.0 ± 0.0 | 50.0 ± 4.0 |",
-        "| RVT |  | 50.0 ± 4.0 | 50.0 ± 4.0 |",
-    ]
-
-
-@pytest.mark.parametrize(
-    "results",
-    [{}, {"rows": [1]}, {"rows": {"LLaKey": {"shift": {}}}}, {"episodes": []}, {"episodes": [{"task": "a"}]}, [1]],
-)
-def test_other_figures_are_refused(results, tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match="Expected results with a table under 'markdown'"):
-        results_table(results)
-    (tmp_path / "results.json").write_text(json.dumps(results))
-    with pytest.raises(ValueError, match=r"results\.json: Expected results"):
-        read_results(tmp_path)
-
-
-def test_the_setting_comes_before_the_folder(tmp_path: Path) -> None:
-    assert known_results(None, None) is known_results(None, tmp_path) is None
-    (tmp_path / "results.json").write_text(json.dumps({"markdown": "of the folder"}))
-    (tmp_path / "other.json").write_text(json.dumps({"markdown": "of the setting"}))
-    assert known_results(None, tmp_path) == "of the folder"
-    assert known_results(str(tmp_path / "other.json"), tmp_path) == "of the setting"
-    with pytest.raises(FileNotFoundError, match="Expected the results of an evaluation at"):
-        known_results(str(tmp_path / "nowhere.json"), tmp_path)
-
-
-def test_a_card_without_a_place_for_results_gets_one() -> None:
-    card = fill_card(ModelCard("---\nlicense: mit\n---\n# A card"), "| a |")
-    assert card.text.count("## Evaluation\n\n| a |") == 1
-    assert "LLaKey policy" in card.text
-    assert "Evaluation" not in fill_card(ModelCard("---\nlicense: mit\n---\n# A card"), None).text
-
-
-@pytest.fixture(autouse=True)
-def _offline(monkeypatch) -> None:
-    """LeRobot lets the Hub look over each card."""
-    monkeypatch.setattr(ModelCard, "validate", lambda self, **_: None)
+def test_a_card_says_what_each_kind_is_and_how_it_is_used(make_tiny) -> None:
+    whole = make_tiny().config
+    paths = {"path": whole, "command_path": whole.command, "action_path": whole.action}
+    for option, config in paths.items():
+        card = ModelCard(str(make_model_card(config, "me/it", TrainingRun("local/mine", 10, 2, 0))))
+        assert (
+            f"--policy.{option}=me/it" in card.text
+            and "No evaluation results are known." in card.text
+            and "{{" not in card.text
+        )
+        assert card.data.tags == ["LeRobot", "llakey", "robotics", *([config.type] if config.type != "llakey" else [])]
+        assert card.data.datasets is None and "| trained on | local/mine |" in card.text
+    assert "| cameras of the action policy | `front`" in str(make_model_card(whole, "me/it"))
 
 
 @pytest.fixture
@@ -98,7 +54,6 @@ def test_a_pushed_policy_has_its_card_its_table_and_its_processors(saved: Path, 
     LlakeyPolicy.from_pretrained(saved).push_to_hub("someone/llakey")
     card = _card(uploaded)
     assert TABLE in card.text and "LLaKey policy" in card.text
-    assert "_No evaluation results" not in card.text
     assert card.data.to_dict()["library_name"] == "lerobot"
     assert {"llakey", "robotics"} <= set(card.data.tags)
     assert LlakeyPolicy.from_pretrained(uploaded).config.type == "llakey"
@@ -126,7 +81,7 @@ def test_results_of_other_weights_are_left_out(saved: Path, make_tiny, training_
     changed = LlakeyPolicy.from_pretrained(saved, config=config)
     for policy in (trained, changed):
         text = policy.generate_model_card(None, "llakey", None, None).text
-        assert TABLE not in text and "_No evaluation results" in text
+        assert TABLE not in text and "No evaluation results are known." in text
 
 
 def test_a_plain_save_writes_no_card(saved: Path, tmp_path: Path) -> None:
