@@ -51,6 +51,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "policies.command": WORDS | {"policies", "saved", "checks"},
     "policies.hierarchy": WORDS | POLICIES | {"policies", "saved", "checks"},
     "datasets": WORDS | {"labels", "checks", "sim", "parallel"},
+    "converters": WORDS | {"labels", "sim", "datasets", "parallel"},
     "parallel": set(),
     "reporting": set(),
     "rollout": WORDS | {"saved", "reporting", "sim"},
@@ -66,7 +67,19 @@ MAY_IMPORT: dict[str, set[str]] = {
     | POLICIES
     | SHARED
     | EVALUATION
-    | {"saved", "labels", "checks", "policies", "sim", "datasets", "inspection", "diagnostics", "dagger", "drive"}
+    | {
+        "saved",
+        "labels",
+        "checks",
+        "policies",
+        "sim",
+        "datasets",
+        "converters",
+        "inspection",
+        "diagnostics",
+        "dagger",
+        "drive",
+    }
     | {"experiments"},
     # Importing the package registers its environment and its policies.
     "": POLICIES | {"policies", "saved", "sim"},

@@ -13,6 +13,7 @@ from difflib import get_close_matches
 
 VERBS: dict[str, tuple[str, str]] = {
     "annotate": ("lerobot_llakey.cli.annotate", "give your own recordings keyframes and instructions"),
+    "convert": ("lerobot_llakey.cli.convert", "make demonstrations of recordings in RLBench's format"),
     "check": ("lerobot_llakey.cli.check", "what is wrong with a dataset, before anything is trained on it"),
     "collect": ("lerobot_llakey.cli.collect", "let the experts demonstrate; write demonstrations, keysteps or both"),
     "expert": ("lerobot_llakey.cli.expert", "how often the experts succeed, and whether their keyframes are found"),
@@ -39,7 +40,7 @@ VERBS: dict[str, tuple[str, str]] = {
     "demo": ("lerobot_llakey.cli.demo", "watch a trained policy do the tasks: a table of successes, and videos"),
 }
 """What can be asked for: verb -> (module with a ``main()``, summary in one line)."""
-RESUMED = ("collect", "table", "rollback", "ambiguity", "reproduce")
+RESUMED = ("collect", "convert", "table", "rollback", "ambiguity", "reproduce")
 """Verbs that go on where they were when they are started again with the same options."""
 
 
