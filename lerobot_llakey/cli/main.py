@@ -31,6 +31,7 @@ VERBS: dict[str, tuple[str, str]] = {
     "bench": ("lerobot_llakey.cli.bench", "how fast collecting, loading, training and deciding are here"),
     "abilities": ("lerobot_llakey.cli.abilities", "how well a command policy names the next instruction"),
     "keyframe-accuracy": ("lerobot_llakey.cli.keyframe_accuracy", "how often an action policy finds the next keyframe"),
+    "view": ("lerobot_llakey.cli.view", "look at one episode: over time in rerun, or its keyframes on a page"),
     "show": ("lerobot_llakey.cli.show", "what an action policy sees and decides for one recorded frame"),
     "table": ("lerobot_llakey.cli.table", "the paper's table I: policies against tasks, with plots and videos"),
     "rollback": ("lerobot_llakey.cli.rollback", "the paper's figure 6: how often policies recover from events"),
