@@ -1,6 +1,6 @@
 """Demonstrations in RLBench's layout, written from the simulator's own episodes, so that their geometry is true.
 
-The pickles name the classes of modules that are called as RLBench's are; these modules exist only while they are written.
+The pickles name the classes of modules that are called as RLBench's are; these exist only while they are written.
 """
 
 from __future__ import annotations

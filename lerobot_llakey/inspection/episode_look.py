@@ -110,6 +110,11 @@ class EpisodeLook:
         done = columns[schema.PREVIOUS_INSTRUCTION]
         # The frame before a keyframe leads to it; the keyframe itself leads on.
         frames = [int(frame) for frame in np.flatnonzero(self._marks)]
+        if not frames or not frames[0]:
+            raise LlakeyError(
+                f"Expected whole episodes with keyframes after their first frame in {dataset.repo_id}, got keyframes "
+                f"at {frames[:5]} of episode {episode}; look at the demonstrations in place of samples of them."
+            )
         self.keyframes = [Reached(frame, str(done[frame]), actions[frame - 1]) for frame in frames]
         places = actions[:, schema.POSITION]
         self._box = torch.tensor(np.stack((places.min(axis=0) - _AROUND, places.max(axis=0) + _AROUND), axis=1))
