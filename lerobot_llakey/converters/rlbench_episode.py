@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from lerobot_llakey import schema
 from lerobot_llakey.converters.rlbench_files import EpisodeFolder
 from lerobot_llakey.datasets.velocities import estimate_velocities
 from lerobot_llakey.errors import LlakeyError
@@ -146,6 +147,7 @@ def _camera(camera: str, folder: EpisodeFolder, observations: Sequence[Any]) -> 
             )
         rows.append((*opencv_camera(inner, outer), near, far))
     intrinsics, extrinsics, nearest, farthest = (np.stack(column) for column in zip(*rows, strict=True))
+    extrinsics[:, schema.QUATERNION] = continuous_quaternions(extrinsics[:, schema.QUATERNION], extrinsics[0, 3:])
     return CameraTrack(intrinsics, extrinsics, nearest, farthest)
 
 

@@ -74,7 +74,7 @@ def test_code_in_a_pickle_does_not_run(tmp_path: Path) -> None:
         (b"cnumpy\nload\n(S'x'\ntR.", "numpy.load"),
         (b"\x80\x04\x8c\x08builtins\x8c\x07getattr\x93.", "builtins.getattr"),
         # A dotted name would walk from an admitted module to anything that it imports.
-        (b"\x80\x04\x8c\x05numpy\x8c\x13ndarray.__reduce_ex__\x93.", "numpy.ndarray.__reduce_ex__"),
+        (b"\x80\x04\x8c\x05numpy\x8c\x15ndarray.__reduce_ex__\x93.", "numpy.ndarray.__reduce_ex__"),
         (b"Pouter\n.", "a reference to something outside the file"),
         (OrderedDict(a=1), "collections.OrderedDict"),
     ],
