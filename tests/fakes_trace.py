@@ -32,7 +32,7 @@ class FakeRerun:
         self.ViewCoordinates, self.RIGHT_HAND_Z_UP = self, None
 
     def __getattr__(self, name: str) -> object:
-        def call(*args: object, **kwargs: object) -> "FakeRerun":
+        def call(*args: object, **kwargs: object) -> FakeRerun:
             self.calls.append((name, args))
             if name == "save":
                 Path(str(args[0])).touch()

@@ -24,7 +24,7 @@ from lerobot_llakey.converters.rlbench_instructions import TaskInstructions, sho
 from lerobot_llakey.converters.rlbench_keyframes import keypoints
 from lerobot_llakey.datasets.collect import part_size, plan_parts, quieten
 from lerobot_llakey.datasets.demonstrations import DemonstrationWriter
-from lerobot_llakey.datasets.parts import THROWN, growing
+from lerobot_llakey.datasets.parts import DISCARDED, growing
 from lerobot_llakey.datasets.plan import IMAGE_SIZES
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.grammar import Grammar
@@ -158,7 +158,7 @@ def _convert_part(episodes: Sequence[PlannedEpisode], grammar: Grammar, folder: 
         for episode in episodes:
             writer.add_episode(_frames(episode))
             tell(1)
-    (temporary / THROWN).write_text("{}")
+    (temporary / DISCARDED).write_text("{}")
     temporary.replace(folder)
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from fakes import fake_keysteps
-from fakes_look import FakeRerun
+from fakes_trace import FakeRerun
 from lerobot_llakey.inspection.episode_look import EpisodeLook
 from lerobot_llakey.inspection.episode_rerun import write_episode
 
