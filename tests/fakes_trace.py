@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import torch
 
 from lerobot_llakey import geometry, schema
@@ -20,3 +22,20 @@ def a_trace(views: tuple[str, ...] = ("top", "front", "side"), stages: int = 2, 
     cloud = torch.rand(500, 3, generator=generator) * torch.tensor([0.5, 0.5, 0.1])
     cameras = {name: torch.full((16, 16, 3), 0.5) for name in schema.CAMERAS}
     return Trace("open the drawer", "grasp the handle", cameras, cloud, torch.zeros(500, 3), stages, predicted, true)
+
+
+class FakeRerun:
+    """Stands in for the module ``rerun`` and its recordings; notes what is logged."""
+
+    def __init__(self) -> None:
+        self.calls: list[tuple[str, tuple[object, ...]]] = []
+        self.ViewCoordinates, self.RIGHT_HAND_Z_UP = self, None
+
+    def __getattr__(self, name: str) -> object:
+        def call(*args: object, **kwargs: object) -> FakeRerun:
+            self.calls.append((name, args))
+            if name == "save":
+                Path(str(args[0])).touch()
+            return self
+
+        return call

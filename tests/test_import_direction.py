@@ -51,6 +51,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "policies.command": WORDS | {"policies", "saved", "checks"},
     "policies.hierarchy": WORDS | POLICIES | {"policies", "saved", "checks"},
     "datasets": WORDS | {"labels", "checks", "sim", "parallel"},
+    "converters": WORDS | {"labels", "sim", "datasets", "parallel"},
     "parallel": set(),
     "reporting": set(),
     "rollout": WORDS | {"saved", "reporting", "sim"},
@@ -67,8 +68,8 @@ MAY_IMPORT: dict[str, set[str]] = {
     | POLICIES
     | SHARED
     | EVALUATION
-    | {"saved", "labels", "checks", "policies", "sim", "datasets", "inspection", "diagnostics", "dagger", "drive"}
-    | {"experiments", "sharing"},
+    | {"saved", "labels", "checks", "policies", "sim", "datasets", "converters", "inspection", "diagnostics", "dagger"}
+    | {"drive", "experiments", "sharing"},
     # Importing the package registers its environment and its policies.
     "": POLICIES | {"policies", "saved", "sim"},
 }

@@ -13,6 +13,7 @@ from difflib import get_close_matches
 
 VERBS: dict[str, tuple[str, str]] = {
     "annotate": ("lerobot_llakey.cli.annotate", "give your own recordings keyframes and instructions"),
+    "convert": ("lerobot_llakey.cli.convert", "make demonstrations of recordings in RLBench's format"),
     "check": ("lerobot_llakey.cli.check", "what is wrong with a dataset, before anything is trained on it"),
     "collect": ("lerobot_llakey.cli.collect", "let the experts demonstrate; write demonstrations, keysteps or both"),
     "expert": ("lerobot_llakey.cli.expert", "how often the experts succeed, and whether their keyframes are found"),
@@ -32,6 +33,7 @@ VERBS: dict[str, tuple[str, str]] = {
     "bench": ("lerobot_llakey.cli.bench", "how fast collecting, loading, training and deciding are here"),
     "abilities": ("lerobot_llakey.cli.abilities", "how well a command policy names the next instruction"),
     "keyframe-accuracy": ("lerobot_llakey.cli.keyframe_accuracy", "how often an action policy finds the next keyframe"),
+    "view": ("lerobot_llakey.cli.view", "look at one episode: over time in rerun, or its keyframes on a page"),
     "show": ("lerobot_llakey.cli.show", "what an action policy sees and decides for one recorded frame"),
     "table": ("lerobot_llakey.cli.table", "the paper's table I: policies against tasks, with plots and videos"),
     "rollback": ("lerobot_llakey.cli.rollback", "the paper's figure 6: how often policies recover from events"),
@@ -41,7 +43,7 @@ VERBS: dict[str, tuple[str, str]] = {
     "demo": ("lerobot_llakey.cli.demo", "watch a trained policy do the tasks: a table of successes, and videos"),
 }
 """What can be asked for: verb -> (module with a ``main()``, summary in one line)."""
-RESUMED = ("collect", "push", "table", "rollback", "ambiguity", "reproduce")
+RESUMED = ("collect", "convert", "push", "table", "rollback", "ambiguity", "reproduce")
 """Verbs that go on where they were when they are started again with the same options."""
 
 

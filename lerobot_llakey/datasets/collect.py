@@ -71,8 +71,8 @@ def collect(
     require_count("--num_workers", num_workers, 0, MOST_WORKERS)
     quieten()
     workers = num_workers or os.cpu_count() or 1
-    with growing(settings.resumable(), len(settings), named, _part_size(len(settings), workers)) as growth:
-        planned = list(_plan(growth.begin, len(settings), growth.part_size, growth.parts))
+    with growing(settings.resumable(), len(settings), named, part_size(len(settings), workers)) as growth:
+        planned = list(plan_parts(growth.begin, len(settings), growth.part_size, growth.parts))
         folders = [folder for _, _, folder in planned]
         to_make = set(growth.missing(folders))
         missing = [part for part in planned if part[2] in to_make]
@@ -88,12 +88,13 @@ def collect(
         return growth.finish(folders)
 
 
-def _part_size(episodes: int, workers: int) -> int:
-    """Large enough that few datasets are merged, small enough that all processes have work until near the end."""
+def part_size(episodes: int, workers: int) -> int:
+    """Episodes a part: so many that few datasets are merged, so few that all processes have work until near the end."""
     return max(4, min(_PART_EPISODES, -(-episodes // (4 * workers))))
 
 
-def _plan(begin: int, end: int, size: int, parts: Path) -> Iterator[tuple[int, int, Path]]:
+def plan_parts(begin: int, end: int, size: int, parts: Path) -> Iterator[tuple[int, int, Path]]:
+    """First episode, the one after the last, and the folder of each part of the episodes [begin, end)."""
     for start in range(begin, end, size):
         stop = min(start + size, end)
         yield start, stop, parts / f"{start:07d}-{stop:07d}"

@@ -79,7 +79,9 @@ def collect_part(
         demonstrations = keysteps = None
         if "demonstrations" in kinds:
             demonstrations = stack.enter_context(
-                DemonstrationWriter("local/part", temporary / "demonstrations", settings.fps, size)
+                DemonstrationWriter(
+                    "local/part", temporary / "demonstrations", settings.fps, sim_features(size, "video")
+                )
             )
         if "keysteps" in kinds:
             features = sim_features(size, "image") | balance.features()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, Self
 
@@ -91,14 +91,14 @@ class DemonstrationWriter:
         repo_id: name of the dataset.
         root: folder, which must not exist yet.
         fps: frames a second.
-        image_size: pixels of height and width.
+        features: of the dataset.
     """
 
-    def __init__(self, repo_id: str, root: Path, fps: int, image_size: int) -> None:
+    def __init__(self, repo_id: str, root: Path, fps: int, features: Mapping[str, Mapping[str, Any]]) -> None:
         self._dataset = LeRobotDataset.create(
             repo_id,
             fps,
-            sim_features(image_size, "video"),
+            {key: dict(feature) for key, feature in features.items()},
             root=root,
             robot_type=ROBOT_TYPE,
             rgb_encoder=rgb_encoder(),
@@ -114,7 +114,7 @@ class DemonstrationWriter:
     def __exit__(self, *_: object) -> None:
         self._dataset.finalize()
 
-    def add_episode(self, frames: list[Frame]) -> None:
+    def add_episode(self, frames: Iterable[Frame]) -> None:
         """Write one episode of frames as :func:`frames_of` gives them."""
         for frame in frames:
             self._dataset.add_frame(dict(frame))

@@ -1,8 +1,10 @@
-"""One decision as a recording for the rerun viewer (LeRobot's ``viz`` extra)."""
+"""Recordings for the rerun viewer (the ``viz`` extra): one decision, and what any other recording needs."""
 
 from __future__ import annotations
 
 import importlib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -26,9 +28,33 @@ def require_rerun() -> ModuleType:
         return importlib.import_module("rerun")
     except ImportError as error:
         raise LlakeyError(
-            "Expected the rerun viewer's library for --rerun, got none; install LeRobot's extra lerobot[viz] or leave "
-            "--rerun out."
+            "Expected the rerun viewer's library, got none; pip install 'lerobot_policy_llakey[viz]', or leave --rerun "
+            "out and ask for a page."
         ) from error
+
+
+@contextmanager
+def recording_to(path: Path | None, name: str) -> Iterator[Any]:
+    """A recording that is written to an .rrd file, whole or not at all, or shown in the viewer without one.
+
+    Args:
+        path: of the file; None opens the viewer.
+        name: of the recording.
+
+    Raises:
+        LlakeyError: if rerun is not installed or the file cannot be written.
+    """
+    rerun = require_rerun()
+    recording = rerun.RecordingStream(name)
+    if path is None:
+        recording.spawn()
+        yield recording
+        recording.flush()
+        return
+    with replacing(path) as fresh:
+        recording.save(str(fresh))
+        yield recording
+        recording.flush()
 
 
 def write_rerun(trace: Trace, path: Path) -> None:
@@ -37,22 +63,29 @@ def write_rerun(trace: Trace, path: Path) -> None:
     Raises:
         LlakeyError: if rerun is not installed.
     """
-    rerun = require_rerun()
-    recording = rerun.RecordingStream("llakey_show")
-    with replacing(path) as fresh:
-        recording.save(str(fresh))
-        _record(trace, rerun, recording)
-        recording.flush()
+    with recording_to(path, "llakey_show") as recording:
+        _record(trace, require_rerun(), recording)
+
+
+def log_cloud(recording: Any, points: np.ndarray, colours: np.ndarray) -> None:
+    """Log a cloud (M, 3) in metres with colours (M, 3) in 0..1."""
+    paint = (np.clip(colours, 0, 1) * 255).astype(np.uint8)
+    recording.log("world/cloud", require_rerun().Points3D(points, colors=paint, radii=0.002))
+
+
+def log_hand(recording: Any, name: str, action: np.ndarray, colour: tuple[int, int, int], **given: Any) -> None:
+    """Log the hand of an action (9,) as ``world/NAME``; further arguments are those of rerun's ``log``."""
+    lines = gripper_lines(action)
+    shape = require_rerun().LineStrips3D(lines, colors=[colour] * len(lines), radii=0.003)
+    recording.log(f"world/{name}", shape, **given)
 
 
 def _record(trace: Trace, rerun: ModuleType, recording: Any) -> None:
     recording.log("words", rerun.TextDocument("\n\n".join(report(trace))))
     recording.log("world", rerun.ViewCoordinates.RIGHT_HAND_Z_UP)
-    colours = (np.clip(trace.colours.numpy(), 0, 1) * 255).astype(np.uint8)
-    recording.log("world/cloud", rerun.Points3D(trace.points.numpy(), colors=colours, radii=0.002))
+    log_cloud(recording, trace.points.numpy(), trace.colours.numpy())
     for name, action, colour in (("predicted", trace.predicted, PREDICTED), ("true", trace.true, TRUE)):
-        lines = gripper_lines(action.numpy())
-        recording.log(f"world/{name}", rerun.LineStrips3D(lines, colors=[colour] * len(lines), radii=0.003))
+        log_hand(recording, name, action.numpy(), colour)
     for name, image in trace.cameras.items():
         recording.log(f"cameras/{name}", rerun.Image((image.clamp(0, 1) * 255).byte().numpy()))
     for stage in trace.stages:

@@ -72,7 +72,7 @@ def push_policy(
     if card is None:
         card = make_model_card(config, repo_id, _run(folder), parameters=_count(folder), results=table, license=license)
     elif license is not None:
-        card.data.license = license
+        card.data["license"] = license
     private = True if private is None else private
     return upload(Shipment(folder, repo_id, "model", FILES, str(card), private), api), private
 

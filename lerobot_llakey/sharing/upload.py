@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import httpx
 from huggingface_hub import HfApi
@@ -77,7 +78,7 @@ def upload(shipment: Shipment, api: HfApi | None = None) -> str:
         LlakeyError: if the repository is public and must be private, or the Hub does not take it.
     """
     api = api or HfApi()
-    where = {"repo_id": shipment.repo_id, "repo_type": shipment.repo_type}
+    where: dict[str, Any] = {"repo_id": shipment.repo_id, "repo_type": shipment.repo_type}
     with _sending(shipment):
         address = api.create_repo(**where, private=shipment.private, exist_ok=True)
         if shipment.private and not api.repo_info(**where).private:
@@ -105,7 +106,7 @@ def upload(shipment: Shipment, api: HfApi | None = None) -> str:
 
 def _move_tag(api: HfApi, shipment: Shipment, tag: str, commit: str) -> None:
     """Let a tag name a commit. The Hub moves none, so it is removed and made anew."""
-    where = {"repo_id": shipment.repo_id, "repo_type": shipment.repo_type}
+    where: dict[str, Any] = {"repo_id": shipment.repo_id, "repo_type": shipment.repo_type}
     named = {one.name: one.target_commit for one in api.list_repo_refs(**where).tags}
     if named.get(tag) == commit:
         return

@@ -40,4 +40,4 @@ def test_rerun_is_asked_for_before_anything_is_loaded(
     monkeypatch.setattr(sys, "argv", list(sys.argv))
     with pytest.raises(SystemExit):
         main(["show", "--policy_path=x", "--repo_id=nothing/here", "--rerun=look.rrd"])
-    assert "lerobot[viz]" in capsys.readouterr().err
+    assert "lerobot_policy_llakey[viz]" in capsys.readouterr().err

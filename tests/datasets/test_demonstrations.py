@@ -80,7 +80,7 @@ def test_a_written_episode_is_read_back(recorded: Recorded, tmp_path: Path) -> N
         [50, 51, 64, 99],
         [1, 2, 3, 4],
     ]
-    with DemonstrationWriter("local/any", tmp_path / "dense", FPS, SIZE) as writer:
+    with DemonstrationWriter("local/any", tmp_path / "dense", FPS, sim_features(SIZE, "video")) as writer:
         writer.add_episode(frames)
         writer.add_episode(frames[:6])
     dataset = LeRobotDataset("local/any", root=tmp_path / "dense")
@@ -102,7 +102,7 @@ def test_a_failure_while_writing_is_not_hidden(recorded: Recorded, tmp_path: Pat
     del frame[schema.STATE]
     with (
         pytest.raises(ValueError, match=schema.STATE),
-        DemonstrationWriter("local/any", tmp_path / "dense", FPS, SIZE) as writer,
+        DemonstrationWriter("local/any", tmp_path / "dense", FPS, sim_features(SIZE, "video")) as writer,
     ):
         writer.add_episode([frame])
 
@@ -126,7 +126,7 @@ def test_depth_is_kept_without_loss_and_pictures_play_in_browsers() -> None:
 
 
 def test_depth_kept_over_another_range_is_not_added_to(recorded: Recorded, tmp_path: Path) -> None:
-    with DemonstrationWriter("local/any", tmp_path / "dense", FPS, SIZE) as writer:
+    with DemonstrationWriter("local/any", tmp_path / "dense", FPS, sim_features(SIZE, "video")) as writer:
         writer.add_episode(frames_of(*recorded, range(4)))
     check_depth([tmp_path / "dense"])
     path = tmp_path / "dense" / "meta" / "info.json"

@@ -5,36 +5,18 @@ from pathlib import Path
 
 import pytest
 
-from fakes_trace import a_trace
+from fakes_trace import FakeRerun, a_trace
 from lerobot_llakey.inspection.rerun_file import require_rerun, write_rerun
-
-
-class FakeRerun:
-    """Notes what is logged."""
-
-    def __init__(self) -> None:
-        self.calls: list[tuple[str, tuple[object, ...]]] = []
-
-    def __getattr__(self, name: str) -> object:
-        def call(*args: object, **kwargs: object) -> "FakeRerun":
-            self.calls.append((name, args))
-            if name == "save":
-                Path(str(args[0])).touch()
-            return self
-
-        return call
 
 
 def test_without_rerun_one_sentence_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "rerun", None)
-    with pytest.raises(ValueError, match=r"lerobot\[viz\]"):
+    with pytest.raises(ValueError, match=r"lerobot_policy_llakey\[viz\]"):
         require_rerun()
 
 
 def test_cloud_cameras_views_and_poses_are_logged(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     fake = FakeRerun()
-    fake.ViewCoordinates = fake
-    fake.RIGHT_HAND_Z_UP = None
     monkeypatch.setitem(sys.modules, "rerun", fake)
     write_rerun(a_trace(), tmp_path / "new" / "trace.rrd")
     logged = [args[0] for name, args in fake.calls if name == "log"]
