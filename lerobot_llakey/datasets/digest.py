@@ -49,9 +49,11 @@ def digest(root: Path) -> str:
 def _add(columns: dict[str, Any], name: str, values: pa.Array) -> None:
     """Add values to a column's sum; what they are made of, fields or elements, is summed each by itself."""
     if pa.types.is_struct(values.type):
-        for field in values.type:
-            _add(columns, f"{name}/{field.name}", values.field(field.name))
-    elif pa.types.is_list(values.type) or pa.types.is_large_list(values.type) or pa.types.is_fixed_size_list(values.type):
+        for field, within in zip(values.type, values.flatten(), strict=True):
+            _add(columns, f"{name}/{field.name}", within)
+    elif (
+        pa.types.is_list(values.type) or pa.types.is_large_list(values.type) or pa.types.is_fixed_size_list(values.type)
+    ):
         _add(columns, f"{name}/length", values.value_lengths())
         _add(columns, f"{name}/element", values.flatten())
     else:
