@@ -31,7 +31,7 @@ for candidate in "$${PYTHON:-}" "$$(pyenv which python$(PYTHON_VERSION) 2>/dev/n
 done
 endef
 
-.PHONY: help setup demo test test-avx2 fuzz check format clean
+.PHONY: help setup demo test test-avx2 fuzz torture check format clean
 
 help:  ## list the targets
 	@grep -E '^[a-z0-9-]+:.*## ' Makefile | sed -E 's/^([a-z0-9-]+):.*## (.*)/  make \1\t\2/' | expand -t 18
@@ -49,6 +49,9 @@ test-avx2: $(INSTALLED)  ## run the numerical tests as on a processor without AV
 
 fuzz: $(INSTALLED)  ## hand in 500 generated wrong inputs; each must be answered with a sentence or put right
 	@PYTHONPATH=.:tests HF_HUB_OFFLINE=1 OMP_NUM_THREADS=1 $(VENV)/bin/python -m fuzz.run
+
+torture: $(INSTALLED)  ## kill collecting 20 times here and 10 times on a Ray cluster; count what is lost or doubled
+	@PYTHONPATH=.:tests HF_HUB_OFFLINE=1 OMP_NUM_THREADS=1 $(VENV)/bin/python -m torture.run
 
 check: $(INSTALLED)  ## ruff check, ruff format --check, mypy
 	@$(VENV)/bin/ruff check .

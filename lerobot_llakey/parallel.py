@@ -1,4 +1,4 @@
-"""Work in several processes, none of which outlives the one that started it."""
+"""Work in several processes, here or on the machines of a cluster; none outlives the process that started it."""
 
 from __future__ import annotations
 
@@ -13,6 +13,9 @@ from typing import Any
 
 import torch
 
+PROCESSES, RAY = "processes", "ray"
+ENGINES = (PROCESSES, RAY)
+"""Where jobs run: on this machine's cores, or on a Ray cluster."""
 _kept: dict[Callable[..., Any], tuple[tuple[Any, ...], Any]] = {}
 _listener: Callable[[Any], None] | None = None
 
@@ -22,6 +25,7 @@ def run_jobs[Result](
     jobs: Sequence[tuple[Any, ...]],
     num_workers: int = 0,
     hear: Callable[[Any], None] | None = None,
+    engine: str = PROCESSES,
 ) -> Iterator[Result]:
     """Call a module's function with each of the arguments.
 
@@ -30,12 +34,19 @@ def run_jobs[Result](
         jobs: its arguments, call by call.
         num_workers: processes; one for each CPU core where 0, none but this one where 1.
         hear: called here with whatever the calls :func:`tell` on their way.
+        engine: out of ENGINES. On a Ray cluster, jobs are heard of as they end, and a job whose process or machine
+            dies is begun again.
 
     Yields:
         What the calls return, in the order in which they end.
     """
     global _listener
-    workers = min(num_workers or os.cpu_count() or 1, len(jobs))
+    if engine == RAY:
+        from lerobot_llakey.ray_engine import run_on_ray
+
+        yield from run_on_ray(work, jobs, num_workers, hear, _listened)
+        return
+    workers = min(count_workers(num_workers), len(jobs))
     if workers <= 1:
         _listener = hear
         try:
@@ -61,6 +72,15 @@ def run_jobs[Result](
     if told is not None:
         told.put(None)
         listening.join()
+
+
+def count_workers(num_workers: int, engine: str = PROCESSES) -> int:
+    """How many jobs can run at a time, where 0 workers are as many as there are CPUs."""
+    if engine == RAY and not num_workers:
+        from lerobot_llakey.ray_engine import count_cpus
+
+        return count_cpus()
+    return num_workers or os.cpu_count() or 1
 
 
 def tell(news: Any) -> None:
@@ -108,6 +128,18 @@ def _begin(told: Any) -> None:
     torch.set_num_threads(1)
     end_with_parent(lambda: os._exit(1))  # a pool's processes would wait for it for ever
     _listener = None if told is None else told.put
+
+
+def _listened[Result](work: Callable[..., Result], job: tuple[Any, ...]) -> tuple[Result, list[Any]]:
+    """Do a job in a process that another engine has started: what it returns and what it told."""
+    global _listener
+    torch.set_num_threads(1)
+    told: list[Any] = []
+    _listener = told.append
+    try:
+        return work(*job), told
+    finally:
+        _listener = None
 
 
 def _end_with(sentinel: int, end: Callable[[], None]) -> None:

@@ -13,7 +13,7 @@ PACKAGE = Path(__file__).parent.parent / "lerobot_llakey"
 FOUNDATION = {"geometry", "schema"}
 GRAMMAR = {"sentences", "grammar_overlap", "grammar_data", "grammar"}
 WORDS = FOUNDATION | GRAMMAR | {"hand", "instructions", "hints", "keyframes"}
-SHARED = {"parallel", "reporting", "rollout"}
+SHARED = {"parallel", "reporting", "rollout", "shards"}
 EVALUATION = {"evaluation", "evaluation.abilities", "evaluation.protocol"}
 POLICIES = {"policies.action", "policies.command", "policies.hierarchy"}
 SIMULATOR = {"sim.mujoco_poses", "sim.arm", "sim.world", "sim.objects", "sim.tasks", "sim.perturbations"}
@@ -50,9 +50,11 @@ MAY_IMPORT: dict[str, set[str]] = {
     "policies.action": WORDS | {"policies", "saved", "checks"},
     "policies.command": WORDS | {"policies", "saved", "checks"},
     "policies.hierarchy": WORDS | POLICIES | {"policies", "saved", "checks"},
-    "datasets": WORDS | {"labels", "checks", "sim", "parallel"},
+    "datasets": WORDS | {"labels", "checks", "sim", "parallel", "shards"},
     "converters": WORDS | {"labels", "sim", "datasets", "parallel"},
-    "parallel": set(),
+    "parallel": {"ray_engine"},
+    "ray_engine": set(),
+    "shards": set(),
     "reporting": set(),
     "rollout": WORDS | {"saved", "reporting", "sim"},
     "inspection": WORDS | {"policies", "policies.action", "checks", "reporting"},

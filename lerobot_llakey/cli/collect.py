@@ -4,6 +4,7 @@ llakey collect --task=open_drawer,close_jar,move_block --num_episodes=100 --repo
     --root=outputs/demonstrations
 llakey collect --task=all --num_episodes=1000 --recovery=0.2 --execution_noise=0.3 --demonstrations=false \
     --keysteps_root=outputs/keysteps --repo_id=me/llakey_keysteps
+llakey collect --task=all --num_episodes=1000 --repo_id=me/part --root=outputs/shards/3 --shard=3/16
 """
 
 from dataclasses import dataclass
@@ -18,6 +19,8 @@ from lerobot_llakey.datasets.balance import Balance, sampling_mode
 from lerobot_llakey.datasets.collect import collect
 from lerobot_llakey.datasets.plan import CollectSettings, Targets
 from lerobot_llakey.errors import LlakeyError
+from lerobot_llakey.parallel import PROCESSES
+from lerobot_llakey.shards import Shard
 from lerobot_llakey.sim.perturbations.registry import EVENTS
 from lerobot_llakey.sim.tasks import parse_tasks
 
@@ -46,6 +49,8 @@ class CollectConfig:
         image_size: pixels of height and width.
         fps: frames a second.
         num_workers: processes; one for each CPU core where 0.
+        shard: collect this part of the episodes alone, such as 3/16 for the third of sixteen; llakey merge joins them.
+        engine: processes of this machine, or ray for those of a Ray cluster that shares the folders.
     """
 
     task: str
@@ -66,6 +71,8 @@ class CollectConfig:
     image_size: int = schema.IMAGE_SIZE
     fps: int = 10
     num_workers: int = 0
+    shard: str = "1/1"
+    engine: str = PROCESSES
 
     def settings(self) -> CollectSettings:
         """What to collect.
@@ -109,7 +116,9 @@ class CollectConfig:
 def run(config: CollectConfig) -> None:
     """Collect, and say what was discarded."""
     targets = config.targets()
-    discarded = collect(config.settings(), targets, config.num_workers)
+    discarded = collect(
+        config.settings(), targets, config.num_workers, shard=Shard.parse(config.shard), engine=config.engine
+    )
     for kind, (root, _) in targets.named().items():
         print(f"{kind}: {root}")
     for reason, count in sorted(discarded.items()):

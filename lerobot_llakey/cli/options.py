@@ -18,6 +18,8 @@ from lerobot_llakey import schema
 from lerobot_llakey.bounds import require_count, require_number
 from lerobot_llakey.errors import FileInTheWayError, LlakeyError
 from lerobot_llakey.files import check_writable
+from lerobot_llakey.parallel import ENGINES
+from lerobot_llakey.shards import Shard
 from lerobot_llakey.sim.perturbations.registry import check_disturbance
 from lerobot_llakey.sim.settings import MAX_STEPS
 from lerobot_llakey.sim.tasks import parse_tasks
@@ -57,6 +59,15 @@ def check_options(config: Any) -> None:
 def _split(name: str, value: str) -> None:
     if value not in schema.SEED_RANGES:
         raise LlakeyError(f"Expected {name} out of {', '.join(schema.SEED_RANGES)}, got {value!r}; pick one of these.")
+
+
+def _engine(name: str, value: str) -> None:
+    if value not in ENGINES:
+        raise LlakeyError(f"Expected {name} out of {', '.join(ENGINES)}, got {value!r}; pick one of these.")
+
+
+def _shard(name: str, value: str) -> None:
+    Shard.parse(value)
 
 
 def _task(name: str, value: str) -> None:
@@ -99,6 +110,7 @@ RULES: dict[str, Callable[[str, Any], None]] = {
     "batch_size": partial(require_count, low=1, high=1_000_000),
     "device": _device,
     "disturbance": _disturbance,
+    "engine": _engine,
     "episode": _count,
     "first_seed": _scene,
     "html": partial(_file, suffix=".html"),
@@ -119,6 +131,7 @@ RULES: dict[str, Callable[[str, Any], None]] = {
     "repeats": partial(require_count, low=1, high=1000),
     "rerun": partial(_file, suffix=".rrd"),
     "seed": _scene,
+    "shard": _shard,
     "side_by_side": partial(require_count, low=1, high=MOST_WORKERS),
     "split": _split,
     "steps": partial(require_count, low=1, high=MOST_EPISODES),

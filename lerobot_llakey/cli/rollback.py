@@ -10,9 +10,11 @@ from pathlib import Path
 from lerobot_llakey.cli.command_line import with_options
 from lerobot_llakey.cli.errors import one_sentence
 from lerobot_llakey.errors import LlakeyError
-from lerobot_llakey.evaluation.experiment import Output, foresee, report_rollback, run_experiment
+from lerobot_llakey.evaluation.experiment import Output, foresee, report_rollback, run_experiment, run_shard
 from lerobot_llakey.evaluation.protocol.plan import Plan
 from lerobot_llakey.evaluation.protocol.rows import read_rows
+from lerobot_llakey.parallel import PROCESSES
+from lerobot_llakey.shards import WHOLE, Shard
 from lerobot_llakey.sim.settings import MAX_STEPS
 from lerobot_llakey.sim.tasks import parse_tasks
 
@@ -33,6 +35,9 @@ class RollbackConfig:
         num_videos: recoveries and failures of each row, task and event of which a video is made.
         detailed: show the robot's detailed meshes in the videos.
         num_workers: processes; one for each CPU core where 0.
+        shard: run this part of the episodes alone, such as 3/16 for the third of sixteen, and make no results; the same
+            command without it takes over what all shards in output_dir have done.
+        engine: processes of this machine, or ray for those of a Ray cluster.
         dry_run: only say how many episodes there are and how long they take.
         output_dir: folder for results.json, table.md, the plot and videos. A run that was ended goes on from it.
     """
@@ -48,6 +53,8 @@ class RollbackConfig:
     num_videos: int = 1
     detailed: bool = False
     num_workers: int = 0
+    shard: str = "1/1"
+    engine: str = PROCESSES
     dry_run: bool = False
     output_dir: Path = Path("outputs/rollback")
 
@@ -69,9 +76,13 @@ def run(config: RollbackConfig) -> None:
         attribution=config.attribution,
     )
     rows = read_rows(config.rows)
-    output = Output(config.output_dir, config.num_videos, config.detailed, config.num_workers)
+    output = Output(config.output_dir, config.num_videos, config.detailed, config.num_workers, config.engine)
+    shard = Shard.parse(config.shard)
     if config.dry_run:
-        print(foresee(plan, rows, output))
+        print(foresee(plan, rows, output, shard))
+        return
+    if shard != WHOLE:
+        print(f"shard: {run_shard(plan, rows, output, shard).resolve()}")
         return
     print(run_experiment(plan, rows, output, report_rollback))
     print(f"results: {config.output_dir.resolve()}")

@@ -9,10 +9,12 @@ from pathlib import Path
 
 from lerobot_llakey.cli.command_line import with_options
 from lerobot_llakey.cli.errors import one_sentence
-from lerobot_llakey.evaluation.experiment import Output, foresee, report_table, run_experiment
+from lerobot_llakey.evaluation.experiment import Output, foresee, report_table, run_experiment, run_shard
 from lerobot_llakey.evaluation.lower_part import AbilitySamples
 from lerobot_llakey.evaluation.protocol.plan import Plan
 from lerobot_llakey.evaluation.protocol.rows import read_rows
+from lerobot_llakey.parallel import PROCESSES
+from lerobot_llakey.shards import WHOLE, Shard
 from lerobot_llakey.sim.settings import MAX_STEPS
 from lerobot_llakey.sim.tasks import parse_tasks
 
@@ -33,6 +35,9 @@ class TableConfig:
         num_videos: successes and failures of each row and task of which a video is made.
         detailed: show the robot's detailed meshes in the videos.
         num_workers: processes; one for each CPU core where 0.
+        shard: run this part of the episodes alone, such as 3/16 for the third of sixteen, and make no results; the same
+            command without it takes over what all shards in output_dir have done.
+        engine: processes of this machine, or ray for those of a Ray cluster.
         abilities_root: folder of a keysteps dataset that no row was trained on, to measure the two abilities of the
             command policies as well; left out where None.
         abilities_repo_id: its name.
@@ -52,6 +57,8 @@ class TableConfig:
     num_videos: int = 2
     detailed: bool = False
     num_workers: int = 0
+    shard: str = "1/1"
+    engine: str = PROCESSES
     abilities_root: str | None = None
     abilities_repo_id: str = "local/llakey_keysteps"
     abilities_samples: int | None = None
@@ -72,9 +79,13 @@ def run(config: TableConfig) -> None:
         attribution=config.attribution,
     )
     rows = read_rows(config.rows)
-    output = Output(config.output_dir, config.num_videos, config.detailed, config.num_workers)
+    output = Output(config.output_dir, config.num_videos, config.detailed, config.num_workers, config.engine)
+    shard = Shard.parse(config.shard)
     if config.dry_run:
-        print(foresee(plan, rows, output))
+        print(foresee(plan, rows, output, shard))
+        return
+    if shard != WHOLE:
+        print(f"shard: {run_shard(plan, rows, output, shard).resolve()}")
         return
     samples = None
     if config.abilities_root is not None:

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import shutil
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +14,7 @@ from lerobot_llakey.dagger.plan import DaggerSettings
 from lerobot_llakey.datasets.collect import MOST_WORKERS, quieten
 from lerobot_llakey.datasets.demonstrations import ROBOT_TYPE, sim_features
 from lerobot_llakey.datasets.image_dataset import ImageDatasetWriter
-from lerobot_llakey.datasets.parts import DISCARDED, growing
+from lerobot_llakey.datasets.parts import DISCARDED, growing, new_part
 from lerobot_llakey.datasets.places import check_space
 from lerobot_llakey.parallel import kept, run_jobs
 from lerobot_llakey.rollout.actors import Agent
@@ -62,8 +60,6 @@ def _actors(path: str) -> tuple[Agent, Agent]:
 def _collect_part(settings: DaggerSettings, task: str, start: int, stop: int, folder: Path) -> int:
     """Write some episodes of a task as a finished dataset; how many there were."""
     quieten()
-    temporary = folder.with_name(f"unfinished-{folder.name}-{os.getpid()}")
-    shutil.rmtree(temporary, ignore_errors=True)
     env = LlakeySimEnv(
         task,
         settings.split,
@@ -73,14 +69,14 @@ def _collect_part(settings: DaggerSettings, task: str, start: int, stop: int, fo
         disturbance=settings.disturbance,
     )
     features = sim_features(settings.image_size, "image")
-    with ImageDatasetWriter("local/part", temporary / _KIND, FPS, features, ROBOT_TYPE) as writer:
-        for number in range(start, stop):
-            scene = settings.first_seed + number
-            rng = np.random.default_rng((scene, len(task)))
-            actor = kept(_actors, settings.policy_path)[number % 2]
-            if frames := visited_frames(env, actor, scene, rng, settings.expert_share):
-                writer.add_episode(frames)
-    env.close()
-    (temporary / DISCARDED).write_text(json.dumps({}))
-    temporary.replace(folder)
+    with new_part(folder) as temporary:
+        with ImageDatasetWriter("local/part", temporary / _KIND, FPS, features, ROBOT_TYPE) as writer:
+            for number in range(start, stop):
+                scene = settings.first_seed + number
+                rng = np.random.default_rng((scene, len(task)))
+                actor = kept(_actors, settings.policy_path)[number % 2]
+                if frames := visited_frames(env, actor, scene, rng, settings.expert_share):
+                    writer.add_episode(frames)
+        env.close()
+        (temporary / DISCARDED).write_text(json.dumps({}))
     return stop - start

@@ -9,7 +9,6 @@ that are missing, and the result does not depend on the number of processes.
 from __future__ import annotations
 
 import logging
-import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -22,7 +21,8 @@ from lerobot_llakey.datasets.parts import growing
 from lerobot_llakey.datasets.places import check_space
 from lerobot_llakey.datasets.plan import CollectSettings, Targets
 from lerobot_llakey.errors import LlakeyError
-from lerobot_llakey.parallel import run_jobs, tell
+from lerobot_llakey.parallel import PROCESSES, count_workers, run_jobs, tell
+from lerobot_llakey.shards import WHOLE, Shard
 
 _PART_EPISODES = 48
 """At most so many episodes are lost when a process is killed."""
@@ -49,6 +49,8 @@ def collect(
     targets: Targets,
     num_workers: int = 0,
     progress: Callable[[int, int], None] | None = None,
+    shard: Shard = WHOLE,
+    engine: str = PROCESSES,
 ) -> dict[str, int]:
     """Collect until every target holds all episodes, going on with what is there.
 
@@ -57,22 +59,25 @@ def collect(
         targets: where to.
         num_workers: processes; one for each CPU core where 0, none but this one where 1.
         progress: called with the episodes (kept, discarded) since the last call; a progress bar where None.
+        shard: of the episodes; ``merge_shards`` makes of all shards what one run would have made.
+        engine: as in :func:`lerobot_llakey.parallel.run_jobs`; a cluster's machines must share the targets' folders.
 
     Returns:
         Number of episodes discarded by reason, over all runs for these targets.
 
     Raises:
         LlakeyError: if no target is given, one cannot be written to or was begun with other settings, or an expert
-            fails too often.
+            fails too often, or a cluster's machines do not share the folders.
     """
     named = targets.named()
     if not named:
         raise LlakeyError("Expected demonstrations, keysteps or both to be collected, got neither; give one a folder.")
     require_count("--num_workers", num_workers, 0, MOST_WORKERS)
     quieten()
-    workers = num_workers or os.cpu_count() or 1
-    with growing(settings.resumable(), len(settings), named, part_size(len(settings), workers)) as growth:
-        planned = list(plan_parts(growth.begin, len(settings), growth.part_size, growth.parts))
+    workers = count_workers(num_workers, engine)
+    ours, of = shard.of(len(settings)), shard.recorded(len(settings))
+    with growing(settings.resumable() | of, len(ours), named, part_size(len(ours), workers)) as growth:
+        planned = list(plan_parts(ours.start + growth.begin, ours.stop, growth.part_size, growth.parts))
         folders = [folder for _, _, folder in planned]
         to_make = set(growth.missing(folders))
         missing = [part for part in planned if part[2] in to_make]
@@ -80,11 +85,12 @@ def collect(
         if "demonstrations" in named:
             older = [growth.targets["demonstrations"][0]] if growth.begin else []
             check_depth([*older, *(folder / "demonstrations" for folder in folders if folder not in to_make)])
-        check_space(growth.targets, episodes, len(settings), settings.image_size)
-        with _Bar(len(settings), len(settings) - episodes, progress) as bar:
+        check_space(growth.targets, episodes, len(ours), settings.image_size)
+        with _Bar(len(ours), len(ours) - episodes, progress) as bar:
             jobs = [(settings, tuple(named), *part) for part in missing]
-            for _ in run_jobs(_collect_part, jobs, workers, bar.add):
+            for _ in run_jobs(_collect_part, jobs, num_workers, bar.add, engine):
                 pass
+        growth.require(folders)
         return growth.finish(folders)
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 import json
-import os
 from collections import Counter
 from collections.abc import Callable
 from contextlib import ExitStack
@@ -12,7 +11,7 @@ from pathlib import Path
 
 from lerobot_llakey.datasets.demonstrations import ROBOT_TYPE, DemonstrationWriter, frames_of, keystep_rng, sim_features
 from lerobot_llakey.datasets.image_dataset import ImageDatasetWriter
-from lerobot_llakey.datasets.parts import DISCARDED
+from lerobot_llakey.datasets.parts import DISCARDED, new_part
 from lerobot_llakey.datasets.plan import ATTEMPTS, CollectSettings
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.sim.cameras import CameraRig
@@ -70,38 +69,46 @@ def collect_part(
     folder: Path,
     done: Callable[[int], None],
 ) -> None:
-    """Write the episodes [start, stop) as finished datasets under ``folder``; ``done`` hears what each threw away."""
+    """Write the episodes [start, stop) as finished datasets under ``folder``; ``done`` hears what each threw away.
+
+    Where the part is there already, as where a process was killed before it could say so, that is all.
+    """
+    if (folder / DISCARDED).exists():
+        for _ in range(start, stop):
+            done(0)
+        return
     stages = _stages(settings.image_size)
-    temporary = folder.with_name(f"unfinished-{folder.name}-{os.getpid()}")
     discarded: Counter[str] = Counter()
     size, balance = settings.image_size, settings.balance
-    with ExitStack() as stack:
-        demonstrations = keysteps = None
-        if "demonstrations" in kinds:
-            demonstrations = stack.enter_context(
-                DemonstrationWriter(
-                    "local/part", temporary / "demonstrations", settings.fps, sim_features(size, "video")
+    with new_part(folder) as temporary:
+        with ExitStack() as stack:
+            demonstrations = keysteps = None
+            if "demonstrations" in kinds:
+                demonstrations = stack.enter_context(
+                    DemonstrationWriter(
+                        "local/part", temporary / "demonstrations", settings.fps, sim_features(size, "video")
+                    )
                 )
-            )
-        if "keysteps" in kinds:
-            features = sim_features(size, "image") | balance.features()
-            keysteps = stack.enter_context(
-                ImageDatasetWriter("local/part", temporary / "keysteps", settings.fps, features, ROBOT_TYPE)
-            )
-        for index in range(start, stop):
-            simulation, rig = stages.get(settings.slot(index)[0])
-            episode, bad = good_episode(settings, index, simulation)
-            discarded += bad
-            samples = []
-            if keysteps is not None:
-                samples = balance.select(episode.keyframes, len(episode), keystep_rng(episode))
-            frames = frames_of(simulation, rig, episode, range(len(episode)) if demonstrations is not None else samples)
-            if demonstrations is not None:
-                demonstrations.add_episode(frames)
-            if keysteps is not None:
-                taken = frames if demonstrations is None else [frames[i] for i in samples]
-                weighed = [balance.columns(i, episode.keyframes) for i in samples]
-                keysteps.add_episode([frame | extra for frame, extra in zip(taken, weighed, strict=True)])
-            done(sum(bad.values()))
-    (temporary / DISCARDED).write_text(json.dumps(discarded))
-    temporary.replace(folder)
+            if "keysteps" in kinds:
+                features = sim_features(size, "image") | balance.features()
+                keysteps = stack.enter_context(
+                    ImageDatasetWriter("local/part", temporary / "keysteps", settings.fps, features, ROBOT_TYPE)
+                )
+            for index in range(start, stop):
+                simulation, rig = stages.get(settings.slot(index)[0])
+                episode, bad = good_episode(settings, index, simulation)
+                discarded += bad
+                samples = []
+                if keysteps is not None:
+                    samples = balance.select(episode.keyframes, len(episode), keystep_rng(episode))
+                frames = frames_of(
+                    simulation, rig, episode, range(len(episode)) if demonstrations is not None else samples
+                )
+                if demonstrations is not None:
+                    demonstrations.add_episode(frames)
+                if keysteps is not None:
+                    taken = frames if demonstrations is None else [frames[i] for i in samples]
+                    weighed = [balance.columns(i, episode.keyframes) for i in samples]
+                    keysteps.add_episode([frame | extra for frame, extra in zip(taken, weighed, strict=True)])
+                done(sum(bad.values()))
+        (temporary / DISCARDED).write_text(json.dumps(discarded))

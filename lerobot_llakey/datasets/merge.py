@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -33,7 +33,7 @@ from lerobot_llakey.grammar import of_features
 _DEPTH_INFO = ("depth_unit", "video.depth_min", "video.depth_max", "video.shift", "video.use_log")
 
 
-def merge(sources: Sequence[Path], target: Path, repo_id: str) -> None:
+def merge(sources: Sequence[Path], target: Path, repo_id: str, texts: Mapping[str, str] | None = None) -> None:
     """Merge finished datasets into a new one, in order, which appears whole or not at all.
 
     A run that was killed leaves nothing behind that the next one does not remove; that one begins anew.
@@ -42,6 +42,7 @@ def merge(sources: Sequence[Path], target: Path, repo_id: str) -> None:
         sources: their folders; all with the same features.
         target: folder of the new dataset, which must not exist yet.
         repo_id: its name.
+        texts: what further files in it say, by their paths.
 
     Raises:
         LlakeyError: if a dataset cannot be read, or has other columns than the first, or columns of another kind.
@@ -52,6 +53,8 @@ def merge(sources: Sequence[Path], target: Path, repo_id: str) -> None:
     check_writable(target, sum(file.stat().st_size for file in files))
     with new_folder(target) as folder:
         merge_into(folder, sources, repo_id)
+        for name, text in (texts or {}).items():
+            (folder / name).write_text(text)
 
 
 def merge_into(target: Path, sources: Sequence[Path], repo_id: str) -> None:

@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from uuid import uuid4
 
 from lerobot_llakey.datasets.merge import merge_into
 from lerobot_llakey.datasets.places import Places, claimed, parts_of, settled
@@ -62,6 +63,19 @@ class Growth:
             check_movable(root)
         return [folder for folder in planned if folder not in whole]
 
+    def require(self, planned: Sequence[Path]) -> None:
+        """Check, once they are made, that all parts are where they should be.
+
+        Raises:
+            LlakeyError: if one is not: another machine made it, in a folder of its own.
+        """
+        there = {path.name for path in self.parts.iterdir() if (path / DISCARDED).exists()}
+        if absent := [folder.name for folder in planned if folder.name not in there]:
+            raise LlakeyError(
+                f"Expected all parts in {self.parts} when they are made, got none of {len(absent)}, such as "
+                f"{absent[0]}; choose a folder that all machines share."
+            )
+
     def finish(self, folders: Sequence[Path]) -> dict[str, int]:
         """Merge all parts, in order, behind what the datasets hold already, then remove the parts.
 
@@ -94,6 +108,27 @@ class Growth:
             replace_folder(merged, root)
         _clear(self.parts)
         return total
+
+
+@contextmanager
+def new_part(folder: Path) -> Iterator[Path]:
+    """Give a folder to fill, which becomes the part ``folder`` in one step when the block ends well.
+
+    Two processes may make the same part, as where a cluster gave one up that was only out of reach: their episodes are
+    the same, so the first one counts.
+
+    Yields:
+        A folder beside it that no other process, on any machine, uses; what a killed one left is removed by the next
+        run.
+    """
+    fresh = folder.with_name(f"unfinished-{folder.name}-{uuid4().int}")
+    yield fresh
+    try:
+        fresh.replace(folder)
+    except OSError:
+        if not (folder / DISCARDED).exists():
+            raise
+        remove(fresh)
 
 
 @contextmanager

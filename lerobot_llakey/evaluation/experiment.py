@@ -11,15 +11,18 @@ from typing import Any
 from lerobot_llakey.evaluation.lower_part import AbilitySamples, ability_page, measure_rows
 from lerobot_llakey.evaluation.protocol import markdown, plots
 from lerobot_llakey.evaluation.protocol.estimate import Estimate, estimate
-from lerobot_llakey.evaluation.protocol.loading import runnable
+from lerobot_llakey.evaluation.protocol.loading import Runnable, runnable
 from lerobot_llakey.evaluation.protocol.plan import Plan
-from lerobot_llakey.evaluation.protocol.records import Records
+from lerobot_llakey.evaluation.protocol.records import EPISODES, Records
 from lerobot_llakey.evaluation.protocol.rows import Row
-from lerobot_llakey.evaluation.protocol.runner import EPISODES, VIDEOS, make_missing_films, run_missing
+from lerobot_llakey.evaluation.protocol.runner import VIDEOS, make_missing_films, run_missing
 from lerobot_llakey.evaluation.protocol.settings import claim, settings_of
+from lerobot_llakey.evaluation.protocol.shards import gather, shard_folder, trials_of
 from lerobot_llakey.evaluation.protocol.summary import summarise_rollback, summarise_table
 from lerobot_llakey.files import alone_in, write_whole
+from lerobot_llakey.parallel import PROCESSES
 from lerobot_llakey.reporting import paper_results
+from lerobot_llakey.shards import WHOLE, Shard
 
 TABLE = "table.md"
 
@@ -34,12 +37,14 @@ class Output:
         num_videos: successes and failures of each row, task and event of which a video is made.
         detailed: show the robot's detailed meshes in them.
         num_workers: processes; one for each CPU core where 0.
+        engine: where the episodes run, as in :func:`lerobot_llakey.parallel.run_jobs`; the videos are made here.
     """
 
     folder: Path
     num_videos: int = 2
     detailed: bool = False
     num_workers: int = 0
+    engine: str = PROCESSES
 
 
 Report = Callable[[Plan, Sequence[Row], Records, Mapping[str, str], Path], tuple[dict[str, Any], str]]
@@ -51,7 +56,8 @@ def run_experiment(
 ) -> str:
     """Run what is missing, then write everything.
 
-    Started again after being killed it goes on where it was; once all is done it only writes the results again.
+    Started again after being killed it goes on where it was; once all is done it only writes the results again. What
+    :func:`run_shard` has done in the folder counts as done.
 
     Args:
         plan: the protocol.
@@ -70,14 +76,14 @@ def run_experiment(
     """
     if samples is not None:
         samples.check()
-    found = runnable(rows)
-    for row, reason in found.missing.items():
-        print(f"skipped: {row} ({reason})")
+    found = _found(rows)
     with alone_in(output.folder):
         settings = settings_of(plan, rows, found.missing)
         claim(output.folder, settings)
         records = Records(output.folder / EPISODES)
-        run_missing(plan, found.rows, records, output.num_workers)
+        if taken := gather(output.folder, settings, records):
+            print(f"taken from shards: {taken} episodes")
+        run_missing(plan, found.rows, records, output.num_workers, output.engine)
         figures, page = report(plan, found.rows, records, found.missing, output.folder)
         if samples is not None:
             figures["abilities"] = measure_rows(found.rows, samples, output.folder)
@@ -97,13 +103,49 @@ def run_experiment(
     return page
 
 
-def foresee(plan: Plan, rows: Sequence[Row], output: Output) -> Estimate:
+def run_shard(plan: Plan, rows: Sequence[Row], output: Output, shard: Shard) -> Path:
+    """Run what is missing of one shard of the episodes, without any results; :func:`run_experiment` makes them.
+
+    Args:
+        plan: the protocol.
+        rows: of the table; all shards need the same checkpoints.
+        output: where the results go; a shard keeps to a folder of its own in it, so that shards on several machines
+            may share it.
+        shard: which.
+
+    Returns:
+        The shard's folder.
+
+    Raises:
+        MissingFileError: if no row has a checkpoint.
+        LlakeyError: as in :func:`run_experiment`, or if there are more shards than episodes.
+        RuntimeError: if an episode fails.
+    """
+    found = _found(rows)
+    folder = shard_folder(output.folder, shard)
+    trials_of(plan, found.rows, shard)
+    with alone_in(folder):
+        claim(folder, settings_of(plan, rows, found.missing))
+        run_missing(plan, found.rows, Records(folder / EPISODES), output.num_workers, output.engine, shard)
+    return folder
+
+
+def _found(rows: Sequence[Row]) -> Runnable:
+    """The rows that can be run; the others are named."""
+    found = runnable(rows)
+    for row, reason in found.missing.items():
+        print(f"skipped: {row} ({reason})")
+    return found
+
+
+def foresee(plan: Plan, rows: Sequence[Row], output: Output, shard: Shard = WHOLE) -> Estimate:
     """How many episodes are left and how long they take, without leaving anything in the folder.
 
     Raises:
         MissingFileError: if no row has a checkpoint.
     """
-    return estimate(plan, runnable(rows).rows, Records(output.folder / EPISODES), output.num_workers)
+    folder = output.folder if shard == WHOLE else shard_folder(output.folder, shard)
+    return estimate(plan, runnable(rows).rows, Records(folder / EPISODES), output.num_workers, output.engine, shard)
 
 
 def report_table(

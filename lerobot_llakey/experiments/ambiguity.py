@@ -10,8 +10,8 @@ from lerobot_llakey.datasets.collect import collect
 from lerobot_llakey.datasets.plan import CollectSettings, Targets
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.evaluation.protocol.plan import Plan
-from lerobot_llakey.evaluation.protocol.records import Records
-from lerobot_llakey.evaluation.protocol.runner import EPISODES, VIDEOS, make_missing_films, run_missing
+from lerobot_llakey.evaluation.protocol.records import EPISODES, Records
+from lerobot_llakey.evaluation.protocol.runner import VIDEOS, make_missing_films, run_missing
 from lerobot_llakey.experiments.ambiguity_report import ambiguity_page, plot_ambiguity, summarise
 from lerobot_llakey.experiments.arms import BASELINE, LLAKEY, Arm, make_arms, make_plan
 from lerobot_llakey.experiments.rates import Rates

@@ -50,6 +50,8 @@ _WRONG: dict[str, tuple[str, ...]] = {
     "max_steps": ("0", "-1"),
     "batch_size": ("0", "-4"),
     "steps": ("0", "-1"),
+    "shard": ("0/4", "5/4", "3", "-1/4", "1/0", "a/b", "", "1/1000000"),
+    "engine": ("spark", ""),
     "num_actions": ("-1", "0", "x"),
     "actions": ("-1", "1000000"),
     "num_videos": ("-1",),

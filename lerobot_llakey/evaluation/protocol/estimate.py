@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,8 +10,11 @@ from statistics import fmean
 from lerobot_llakey.evaluation.protocol.plan import Plan, Trial
 from lerobot_llakey.evaluation.protocol.records import Records
 from lerobot_llakey.evaluation.protocol.rows import Row
+from lerobot_llakey.evaluation.protocol.shards import trials_of
 from lerobot_llakey.evaluation.protocol.work import run_trial
+from lerobot_llakey.parallel import PROCESSES, count_workers
 from lerobot_llakey.reporting.durations import clock
+from lerobot_llakey.shards import WHOLE, Shard
 
 _MEASURE_SECONDS = 60.0
 """How long each row is measured; the episode that is under way then is finished."""
@@ -45,7 +47,14 @@ class Estimate:
         return "\n".join([f"{total} with {self.processes} processes, videos not counted", *rows])
 
 
-def estimate(plan: Plan, rows: Sequence[Row], records: Records, num_workers: int) -> Estimate:
+def estimate(
+    plan: Plan,
+    rows: Sequence[Row],
+    records: Records,
+    num_workers: int,
+    engine: str = PROCESSES,
+    shard: Shard = WHOLE,
+) -> Estimate:
     """Measure one episode of each task, task by task until a minute has passed, for each row that is not done.
 
     Episodes that are done already count as measured; those run here leave no record.
@@ -55,14 +64,16 @@ def estimate(plan: Plan, rows: Sequence[Row], records: Records, num_workers: int
         rows: to run.
         records: of the episodes that are done.
         num_workers: processes; one for each CPU core where 0.
+        engine: where the episodes will run; they are measured here.
+        shard: of all episodes.
     """
-    trials = plan.trials(rows)
+    trials = trials_of(plan, rows, shard)
     by_row: dict[str, tuple[int, float]] = {}
     for row in rows:
         left = [trial for trial in trials if trial.row == row.name and trial not in records]
         known = [record.seconds for record in records if record.trial.row == row.name]
         by_row[row.name] = (len(left), fmean(known or _measure(plan, row, left)) if left else 0.0)
-    processes = min(num_workers or os.cpu_count() or 1, max(1, len(trials) - len(records)))
+    processes = min(count_workers(num_workers, engine), max(1, len(trials) - len(records)))
     return Estimate(len(trials), len(records), by_row, processes)
 
 

@@ -12,6 +12,8 @@ from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.evaluation.protocol.plan import Trial
 from lerobot_llakey.rollout.episode import Episode
 
+EPISODES = "episodes.jsonl"
+"""The file of records in a table's folder."""
 COMMAND, ACTION = "command", "action"
 """Which level a failure is put down to."""
 

@@ -12,14 +12,23 @@ from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.evaluation.protocol.plan import Plan
 from lerobot_llakey.evaluation.protocol.records import Records
 from lerobot_llakey.evaluation.protocol.rows import Row
+from lerobot_llakey.evaluation.protocol.shards import trials_of
 from lerobot_llakey.evaluation.protocol.videos import choose, make_video, video_path
 from lerobot_llakey.evaluation.protocol.work import run_trial
-from lerobot_llakey.parallel import run_jobs
+from lerobot_llakey.parallel import PROCESSES, run_jobs
+from lerobot_llakey.shards import WHOLE, Shard
 
-EPISODES, VIDEOS = "episodes.jsonl", "videos"
+VIDEOS = "videos"
 
 
-def run_missing(plan: Plan, rows: Sequence[Row], records: Records, num_workers: int) -> None:
+def run_missing(
+    plan: Plan,
+    rows: Sequence[Row],
+    records: Records,
+    num_workers: int,
+    engine: str = PROCESSES,
+    shard: Shard = WHOLE,
+) -> None:
     """Run all episodes that have no record yet, showing progress.
 
     Args:
@@ -27,18 +36,20 @@ def run_missing(plan: Plan, rows: Sequence[Row], records: Records, num_workers: 
         rows: to run.
         records: of the episodes that are done; grows.
         num_workers: processes; one for each CPU core where 0, none but this one where 1.
+        engine: where the episodes run, as in :func:`lerobot_llakey.parallel.run_jobs`.
+        shard: of all episodes.
 
     Raises:
         LlakeyError: if a process is killed; what was done before is kept.
         RuntimeError: if an episode fails; see :func:`run_trial`.
     """
     by_name = {row.name: row for row in rows}
-    trials = plan.trials(rows)
+    trials = trials_of(plan, rows, shard)
     jobs = [(by_name[trial.row], plan, trial) for trial in trials if trial not in records]
     solved = sum(record.episode.success for record in records)
     with tqdm(total=len(trials), initial=len(trials) - len(jobs), desc="episodes", unit="episode") as progress:
         try:
-            for record in run_jobs(run_trial, jobs, num_workers):
+            for record in run_jobs(run_trial, jobs, num_workers, engine=engine):
                 records.add(record)
                 solved += record.episode.success
                 progress.set_postfix(row=record.trial.row, solved=f"{solved}/{len(records)}", refresh=False)

@@ -61,16 +61,26 @@ def claim(folder: Path, settings: dict[str, Any]) -> None:
     Raises:
         LlakeyError: if the folder's table was begun with other settings, or their record is broken.
     """
+    if (folder / _FILE).exists():
+        require_settings(folder, settings)
+    write_whole(folder / _FILE, json.dumps(settings, indent=2))
+
+
+def require_settings(folder: Path, settings: dict[str, Any]) -> None:
+    """Check that the table in a folder was begun with these settings.
+
+    Raises:
+        MissingFileError: if none was begun there.
+        LlakeyError: if it was begun with others, or their record is broken.
+    """
     path = folder / _FILE
-    if path.exists():
-        with reading(path, "record of a table"):
-            changed = changes(json.loads(path.read_text()), settings)
-        if changed:
-            raise LlakeyError(
-                f"Expected the settings with which the table in {folder} was begun, got a change of "
-                f"{', '.join(changed)}; restore them or give another --output_dir."
-            )
-    write_whole(path, json.dumps(settings, indent=2))
+    with reading(path, "record of a table"):
+        changed = changes(json.loads(path.read_text()), settings)
+    if changed:
+        raise LlakeyError(
+            f"Expected the settings with which the table in {folder} was begun, got a change of "
+            f"{', '.join(changed)}; restore them or give another --output_dir."
+        )
 
 
 def changes(begun: Mapping[str, Any], settings: Mapping[str, Any]) -> list[str]:
