@@ -61,15 +61,26 @@ MAY_IMPORT: dict[str, set[str]] = {
     "evaluation": WORDS | SHARED | {"policies", "datasets", "evaluation.abilities", "evaluation.protocol"},
     "diagnostics": WORDS | POLICIES | SHARED | {"policies", "sim", "datasets"},
     "dagger": WORDS | {"sim", "datasets", "parallel", "rollout"},
+<<<<<<< HEAD
     "drive": WORDS | POLICIES | {"policies", "sim", "rollout"},
     "sharing": WORDS | POLICIES | {"checks", "saved", "datasets"},
+=======
+    "serving": set(),
+    "drive": WORDS | POLICIES | {"policies", "sim", "rollout", "serving"},
+    "labelling": WORDS | {"datasets"},
+>>>>>>> 7137509 (A page to label with: keyframes on a time line, instructions with what the grammar offers)
     "experiments": WORDS | POLICIES | SHARED | EVALUATION | {"sim", "datasets"},
     "cli": WORDS
     | POLICIES
     | SHARED
     | EVALUATION
+<<<<<<< HEAD
     | {"saved", "labels", "checks", "policies", "sim", "datasets", "converters", "inspection", "diagnostics", "dagger"}
     | {"drive", "experiments", "sharing"},
+=======
+    | {"saved", "labels", "checks", "policies", "sim", "datasets", "inspection", "diagnostics", "dagger", "drive"}
+    | {"experiments", "labelling", "serving"},
+>>>>>>> 7137509 (A page to label with: keyframes on a time line, instructions with what the grammar offers)
     # Importing the package registers its environment and its policies.
     "": POLICIES | {"policies", "saved", "sim"},
 }

@@ -13,9 +13,9 @@ import httpx
 import pytest
 
 from lerobot_llakey.drive.page import build_page, open_page, require_gradio
-from lerobot_llakey.drive.serving import Served
 from lerobot_llakey.drive.session import Session
 from lerobot_llakey.errors import LlakeyError
+from lerobot_llakey.serving.loopback import Served
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 PATIENCE = 120_000  # milliseconds; a busy machine must not fail the test
