@@ -4,8 +4,9 @@ const AHEAD = 30, KEPT = 120; // frames
 
 export class Player {
   constructor(place, { shown, ended, failed }) {
-    Object.assign(this, { place, shown, ended, failed, frame: 0, playing: false, rate: 1, cameras: [] });
+    Object.assign(this, { place, shown, ended, failed, frame: 0, playing: false, rate: 1, cameras: [], aspect: 4 / 3 });
     this.pictures = new Map(); // frame -> one Image a camera, each with ready
+    new ResizeObserver(() => this.arrange()).observe(place);
   }
 
   open(episode, frames, fps, cameras, run) {
@@ -19,7 +20,16 @@ export class Player {
       return figure;
     });
     this.place.replaceChildren(...this.canvases);
+    this.arrange();
     this.seek(0);
+  }
+
+  // As many columns as let the pictures be largest.
+  arrange() {
+    const { clientWidth: width, clientHeight: height } = this.place, count = Math.max(this.cameras.length, 1);
+    const size = (columns) => Math.min(width / columns / this.aspect, height / Math.ceil(count / columns));
+    const columns = [...Array(count).keys()].map((one) => one + 1).sort((a, b) => size(b) - size(a))[0];
+    this.place.style.gridTemplateColumns = `repeat(${columns}, minmax(0, 1fr))`;
   }
 
   seek(frame) {
@@ -78,6 +88,8 @@ export class Player {
       if (canvas.width !== image.naturalWidth || canvas.height !== image.naturalHeight) {
         canvas.width = image.naturalWidth;
         canvas.height = image.naturalHeight;
+        this.aspect = canvas.width / canvas.height;
+        this.arrange();
       }
       canvas.getContext("2d").drawImage(image, 0, 0);
     });

@@ -59,7 +59,7 @@ export class Timeline {
     }
     parts.push(make("path", { class: "speed", d: this.curve(episode.speed, most, true) }));
     parts.push(make("path", { class: "opening", d: this.curve(episode.opening, 1, false) }));
-    parts.push(make("text", { x: svg.clientWidth - 6, y: TOP + 8, "text-anchor": "end" }, `${most.toFixed(2)} m/s`));
+    document.getElementById("most").textContent = `up to ${most.toFixed(2)} m/s`;
     let begin = 0;
     episode.keyframes.forEach((key, at) => {
       const left = this.x(begin), width = Math.max(0, this.x(key.frame) - left), chosen = at === this.chosen;
