@@ -57,6 +57,10 @@ class LabelConfig:
 @with_options
 def run(config: LabelConfig) -> None:
     """Find the keyframes, serve the page until the process is interrupted (Ctrl-C)."""
+    if config.instructions.suffix != ".csv":
+        raise LlakeyError(
+            f"Expected --instructions to be a file whose name ends with .csv, got {config.instructions}; name it so."
+        )
     make_app, served, bind = _require_server()
     with alone_with(config.instructions, "--instructions"), bind(config.port) as taken:
         grammar = Grammar.load(config.grammar)

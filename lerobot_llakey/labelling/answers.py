@@ -30,10 +30,11 @@ def progress(session: LabelSession, episode: int) -> dict[str, Any]:
 
 def keyframes(session: LabelSession, episode: int) -> dict[str, Any]:
     """What a correction may change about an episode."""
+    stand = session.keyframes(episode)
     opened, read = session.found[episode].opened, session.grammar.is_parsable
     listed = [
         {"frame": one.frame, "text": one.instruction, "open": bool(opened[one.frame]), "valid": read(one.instruction)}
-        for one in session.keyframes(episode)
+        for one in stand
     ]
     return progress(session, episode) | {"keyframes": listed, "alike": session.alike(episode)}
 
