@@ -95,7 +95,7 @@ def _correct(tab: Any, expect: Any, texts: Path) -> list[tuple[int, str]]:
     tab.wait_for_function("document.querySelector('canvas').width === 80")  # a picture is shown
     handle = tab.locator(".key").first
     expect(handle.locator("title")).to_have_text(re.compile("drag to move"))
-    frame = int(re.findall(r"frame (\d+)", handle.locator("title").text_content())[0])
+    frame = int(re.findall(r", frame (\d+)", handle.locator("title").text_content())[0])
     box = handle.bounding_box()
     x, y = box["x"] + box["width"] / 2, box["y"] + 60
     tab.mouse.move(x, y)
