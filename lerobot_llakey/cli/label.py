@@ -72,12 +72,16 @@ def run(config: LabelConfig) -> None:
         if config.browser:
             webbrowser.open(page.address)
         try:
-            threading.Event().wait()
+            _wait()
         except KeyboardInterrupt:
             done = sum(map(session.complete, session.found))
             print(f"\n{done} of {len(session.found)} episodes complete; the same command goes on with {session.path}")
         finally:
             page.close()
+
+
+def _wait() -> None:
+    threading.Event().wait()
 
 
 def _require_server() -> Any:

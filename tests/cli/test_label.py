@@ -174,10 +174,9 @@ def test_ctrl_c_says_how_far_it_is(
     root = tmp_path / "r"
     fake_recording(root, episodes=2, scale=0.05)
 
-    class Interrupted:
-        def wait(self) -> None:
-            raise KeyboardInterrupt
+    def interrupted() -> None:
+        raise KeyboardInterrupt
 
-    monkeypatch.setattr(label.threading, "Event", Interrupted)
+    monkeypatch.setattr(label, "_wait", interrupted)
     label.run(_options(root, tmp_path / "texts.csv"))
     assert "0 of 2 episodes complete; the same command goes on with" in capsys.readouterr().out

@@ -17,6 +17,7 @@ from lerobot_llakey.drive.session import Session
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.serving.loopback import Served
 
+
 @pytest.mark.slow
 def test_start_watch_correct_change_the_goal_stop(session: Session) -> None:
     pytest.importorskip("gradio")

@@ -48,9 +48,7 @@ def test_what_is_not_there_is_refused(source: LeRobotDataset) -> None:
 def test_as_many_are_kept_as_fit(source: LeRobotDataset, monkeypatch: pytest.MonkeyPatch) -> None:
     read: list[tuple[int, int]] = []
     real = Pictures._read
-    monkeypatch.setattr(
-        Pictures, "_read", lambda self, *place: read.append((place[0], place[2])) or real(self, *place)
-    )
+    monkeypatch.setattr(Pictures, "_read", lambda self, *place: read.append((place[0], place[2])) or real(self, *place))
     pictures = Pictures(source)
     (camera,) = pictures.cameras
     for frame in (0, 5, 31, 33, 2):
