@@ -75,5 +75,5 @@ def test_a_video_that_is_gone_is_said_in_a_sentence(tmp_path: Path) -> None:
     with pytest.raises(LlakeyError, match="Expected a readable video at"):
         pictures.jpeg(0, pictures.cameras[0], 0)
     path.unlink()
-    with pytest.raises(LlakeyError, match="Expected a video at .* found none"):
+    with pytest.raises(LlakeyError, match=r"Expected a video at .* found none"):
         pictures.jpeg(0, pictures.cameras[0], 0)
