@@ -61,26 +61,17 @@ MAY_IMPORT: dict[str, set[str]] = {
     "evaluation": WORDS | SHARED | {"policies", "datasets", "evaluation.abilities", "evaluation.protocol"},
     "diagnostics": WORDS | POLICIES | SHARED | {"policies", "sim", "datasets"},
     "dagger": WORDS | {"sim", "datasets", "parallel", "rollout"},
-<<<<<<< HEAD
-    "drive": WORDS | POLICIES | {"policies", "sim", "rollout"},
-    "sharing": WORDS | POLICIES | {"checks", "saved", "datasets"},
-=======
     "serving": set(),
     "drive": WORDS | POLICIES | {"policies", "sim", "rollout", "serving"},
     "labelling": WORDS | {"datasets"},
->>>>>>> 7137509 (A page to label with: keyframes on a time line, instructions with what the grammar offers)
+    "sharing": WORDS | POLICIES | {"checks", "saved", "datasets"},
     "experiments": WORDS | POLICIES | SHARED | EVALUATION | {"sim", "datasets"},
     "cli": WORDS
     | POLICIES
     | SHARED
     | EVALUATION
-<<<<<<< HEAD
     | {"saved", "labels", "checks", "policies", "sim", "datasets", "converters", "inspection", "diagnostics", "dagger"}
-    | {"drive", "experiments", "sharing"},
-=======
-    | {"saved", "labels", "checks", "policies", "sim", "datasets", "inspection", "diagnostics", "dagger", "drive"}
-    | {"experiments", "labelling", "serving"},
->>>>>>> 7137509 (A page to label with: keyframes on a time line, instructions with what the grammar offers)
+    | {"drive", "experiments", "labelling", "serving", "sharing"},
     # Importing the package registers its environment and its policies.
     "": POLICIES | {"policies", "saved", "sim"},
 }
