@@ -11,7 +11,7 @@ from pathlib import Path
 
 from filelock import FileLock, Timeout
 
-from lerobot_llakey.errors import LlakeyError, MissingFileError, said
+from lerobot_llakey.errors import FileInTheWayError, LlakeyError, MissingFileError, said
 
 LOCK = ".lock"
 UNFINISHED = ".llakey-unfinished"
@@ -82,15 +82,21 @@ def alone_at(folder: Path, option: str = "--root") -> Iterator[None]:
         LlakeyError: if another process is at it, or it cannot be written to.
     """
     check_writable(folder)
-    check_writable(folder.parent)
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    file = folder.with_name(f".{folder.name}{LOCK}")
-    with _locked(file, folder, option):
-        try:
-            yield
-        finally:
-            with suppress(OSError):  # removed while it is held: who opened it before then finds it gone, and is refused
-                file.unlink()
+    with _locked_beside(folder, option):
+        yield
+
+
+@contextmanager
+def alone_with(file: Path, option: str) -> Iterator[None]:
+    """Keep other processes from changing a file: as :func:`alone_at`, for a file that may be there already.
+
+    Raises:
+        LlakeyError: if another process has it, a folder stands in its place, or its folder cannot be written to.
+    """
+    if file.is_dir():
+        raise FileInTheWayError(f"Expected {option} to be a file, got the folder {file}; name a file in it.")
+    with _locked_beside(file, option):
+        yield
 
 
 def check_writable(folder: Path, needed_bytes: int = 0) -> None:
@@ -175,6 +181,19 @@ def reason(error: OSError) -> str:
 def _flush(path: Path) -> None:
     with path.open("rb") as file:
         os.fsync(file.fileno())
+
+
+@contextmanager
+def _locked_beside(path: Path, option: str) -> Iterator[None]:
+    check_writable(path.parent)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    file = path.with_name(f".{path.name}{LOCK}")
+    with _locked(file, path, option):
+        try:
+            yield
+        finally:
+            with suppress(OSError):  # removed while it is held: who opened it before then finds it gone, and is refused
+                file.unlink()
 
 
 @contextmanager

@@ -33,6 +33,11 @@ def nearest_forms(text: str, count: int = _FORMS, grammar: Grammar = BASIC_GRAMM
     ]
 
 
+def forms(grammar: Grammar = BASIC_GRAMMAR) -> list[str]:
+    """The first form of every basic action, as "grasp <thing>"; none where any sentence is one."""
+    return [_shown(template.texts[0], grammar.poses) for template in grammar.templates.values()]
+
+
 def _likeness(words: list[str], form: str) -> tuple[float, int]:
     """How much of a form's fixed words is found in a text, 0..1, and how many there are, for forms found alike."""
     verb, *others = _SLOT.sub(" ", form).split()

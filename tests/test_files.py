@@ -8,7 +8,7 @@ import pytest
 from safetensors.torch import load_file
 
 from lerobot_llakey.errors import FileInTheWayError, LlakeyError, MissingFileError
-from lerobot_llakey.files import alone_in, check_writable, reading, remove, replacing, write_whole
+from lerobot_llakey.files import alone_in, alone_with, check_writable, reading, remove, replacing, write_whole
 from lerobot_llakey.folders import new_folder
 
 
@@ -73,6 +73,22 @@ def test_a_folder_belongs_to_one_run_at_a_time(tmp_path: Path) -> None:
         folder.mkdir()
         with pytest.raises(LlakeyError, match=r"no other run in .*new"), new_folder(tmp_path / "new"):
             pass
+
+
+def test_a_file_belongs_to_one_process_at_a_time(tmp_path: Path) -> None:
+    file = tmp_path / "a.csv"
+    file.write_text("a")
+    with alone_with(file, "--instructions"):
+        with (
+            pytest.raises(LlakeyError, match="wait for it or give another --instructions"),
+            alone_with(file, "--instructions"),
+        ):
+            pass
+        with alone_with(tmp_path / "b.csv", "--instructions"):
+            pass
+    with alone_with(file, "--instructions"):
+        assert file.read_text() == "a"
+    assert [path.name for path in tmp_path.iterdir()] == ["a.csv"]
 
 
 def test_what_cannot_be_written_is_said_before_work(tmp_path: Path) -> None:

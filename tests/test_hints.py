@@ -2,7 +2,13 @@
 
 import pytest
 
-from lerobot_llakey.hints import nearest_forms, nearest_known
+from lerobot_llakey.grammar import Grammar
+from lerobot_llakey.hints import forms, nearest_forms, nearest_known
+
+
+def test_all_forms_are_told_once_each_and_none_of_free_text() -> None:
+    assert forms()[2:4] == ["grasp <thing>", "release <thing>"] and len(forms()) == 16
+    assert forms(Grammar.load("free")) == []
 
 
 @pytest.mark.parametrize(

@@ -63,7 +63,9 @@ MAY_IMPORT: dict[str, set[str]] = {
     "evaluation": WORDS | SHARED | {"policies", "datasets", "evaluation.abilities", "evaluation.protocol"},
     "diagnostics": WORDS | POLICIES | SHARED | {"policies", "sim", "datasets"},
     "dagger": WORDS | {"sim", "datasets", "parallel", "rollout"},
-    "drive": WORDS | POLICIES | {"policies", "sim", "rollout"},
+    "serving": set(),
+    "drive": WORDS | POLICIES | {"policies", "sim", "rollout", "serving"},
+    "labelling": WORDS | {"datasets"},
     "sharing": WORDS | POLICIES | {"checks", "saved", "datasets"},
     "experiments": WORDS | POLICIES | SHARED | EVALUATION | {"sim", "datasets"},
     "cli": WORDS
@@ -71,7 +73,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     | SHARED
     | EVALUATION
     | {"saved", "labels", "checks", "policies", "sim", "datasets", "converters", "inspection", "diagnostics", "dagger"}
-    | {"drive", "experiments", "sharing"},
+    | {"drive", "experiments", "labelling", "serving", "sharing"},
     # Importing the package registers its environment and its policies.
     "": POLICIES | {"policies", "saved", "sim"},
 }

@@ -81,7 +81,8 @@ def found(clean_python: Path) -> dict:
 
 def test_the_wheel_carries_the_package_the_discovery_module_and_nothing_else(wheel: Path) -> None:
     names = zipfile.ZipFile(wheel).namelist()
-    assert {"lerobot_policy_llakey.py", "lerobot_llakey/schema.py"} <= set(names)
+    page = "lerobot_llakey/labelling/static/page.js"
+    assert {"lerobot_policy_llakey.py", "lerobot_llakey/schema.py", page} <= set(names)
     assert {name.partition("/")[0] for name in names} == {
         *("lerobot_llakey", "lerobot_policy_llakey.py", "lerobot_policy_llakey-0.1.0.dist-info")
     }

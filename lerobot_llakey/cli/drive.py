@@ -96,7 +96,7 @@ def drive(config: DriveConfig) -> None:
     taken = None
     if not config.terminal:
         from lerobot_llakey.drive.page import require_gradio
-        from lerobot_llakey.drive.serving import bind
+        from lerobot_llakey.serving.loopback import bind
 
         require_gradio()
         taken = bind(config.port)

@@ -14,6 +14,7 @@ from difflib import get_close_matches
 VERBS: dict[str, tuple[str, str]] = {
     "annotate": ("lerobot_llakey.cli.annotate", "give your own recordings keyframes and instructions"),
     "convert": ("lerobot_llakey.cli.convert", "make demonstrations of recordings in RLBench's format"),
+    "label": ("lerobot_llakey.cli.label", "correct keyframes and say instructions in a browser page"),
     "check": ("lerobot_llakey.cli.check", "what is wrong with a dataset, before anything is trained on it"),
     "collect": ("lerobot_llakey.cli.collect", "let the experts demonstrate; write demonstrations, keysteps or both"),
     "expert": ("lerobot_llakey.cli.expert", "how often the experts succeed, and whether their keyframes are found"),

@@ -12,9 +12,9 @@ from collections.abc import Callable
 from typing import Any
 
 from lerobot_llakey.drive import markup
-from lerobot_llakey.drive.serving import Served, bind
 from lerobot_llakey.drive.session import Session
 from lerobot_llakey.errors import LlakeyError
+from lerobot_llakey.serving.loopback import Served, bind
 from lerobot_llakey.sim.tasks import task_classes
 
 _REFRESH_SECONDS = 0.25
@@ -127,7 +127,7 @@ def open_page(session: Session, taken: socket.socket | None = None, browser: boo
 
     Args:
         session: with an episode started.
-        taken: the port, from :func:`~lerobot_llakey.drive.serving.bind`; any free one where None.
+        taken: the port, from :func:`~lerobot_llakey.serving.loopback.bind`; any free one where None.
         browser: open it in the browser.
 
     Returns:

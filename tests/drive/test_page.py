@@ -3,7 +3,6 @@
 import contextlib
 import importlib
 import json
-import shutil
 import warnings
 from collections.abc import Iterator
 from typing import Any
@@ -12,27 +11,18 @@ from urllib.parse import urlparse
 import httpx
 import pytest
 
+from browsers import PATIENCE, find_browser
 from lerobot_llakey.drive.page import build_page, open_page, require_gradio
-from lerobot_llakey.drive.serving import Served
 from lerobot_llakey.drive.session import Session
 from lerobot_llakey.errors import LlakeyError
-
-BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
-PATIENCE = 120_000  # milliseconds; a busy machine must not fail the test
-
-
-def _browser() -> str:
-    found = next(filter(None, map(shutil.which, BROWSERS)), None)
-    if found is None:
-        pytest.skip(f"no browser on the path (looked for {', '.join(BROWSERS)}); apt-get install chromium")
-    return found
+from lerobot_llakey.serving.loopback import Served
 
 
 @pytest.mark.slow
 def test_start_watch_correct_change_the_goal_stop(session: Session) -> None:
     pytest.importorskip("gradio")
     playwright = pytest.importorskip("playwright.sync_api")
-    path = _browser()
+    path = find_browser()
     session.start("open_drawer", 3)
     own_goal = session.settle().own_goal
     page = open_page(session)

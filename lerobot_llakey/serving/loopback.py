@@ -9,9 +9,9 @@ import time
 from typing import Any
 
 from lerobot_llakey.bounds import require_count
-from lerobot_llakey.drive.guard import App, Guard
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.files import reason
+from lerobot_llakey.serving.guard import App, Guard
 
 LOOPBACK = "127.0.0.1"
 _START_SECONDS = 60.0
@@ -45,7 +45,7 @@ class Served:
     """An application that is being served.
 
     Args:
-        app: the application; it is guarded (see :class:`~lerobot_llakey.drive.guard.Guard`).
+        app: the application; it is guarded (see :class:`~lerobot_llakey.serving.guard.Guard`).
         taken: the socket, from :func:`bind`.
 
     Raises:
@@ -58,7 +58,7 @@ class Served:
     def __init__(self, app: App, taken: socket.socket) -> None:
         port = taken.getsockname()[1]
         self.address = f"http://{LOOPBACK}:{port}/"
-        uvicorn: Any = importlib.import_module("uvicorn")  # comes with gradio
+        uvicorn: Any = importlib.import_module("uvicorn")  # comes with gradio, and with the extra "label"
         settings = uvicorn.Config(
             Guard(app, port), log_level="warning", ws="none", timeout_graceful_shutdown=1, server_header=False
         )
@@ -71,7 +71,7 @@ class Served:
         if not self._server.started:
             self.close()
             raise LlakeyError(
-                f"Expected the page at {self.address} to start, got none after {_START_SECONDS:g} s; add --terminal."
+                f"Expected the page at {self.address} to start, got none after {_START_SECONDS:g} s; start it again."
             )
 
     def close(self) -> None:

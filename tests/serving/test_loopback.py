@@ -4,8 +4,8 @@ import socket
 
 import pytest
 
-from lerobot_llakey.drive.serving import bind
 from lerobot_llakey.errors import LlakeyError
+from lerobot_llakey.serving.loopback import bind
 
 
 @pytest.mark.parametrize("port", [-1, 65536, 99999, 1.5, "80"])

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from lerobot_llakey.drive.guard import Guard
+from lerobot_llakey.serving.guard import Guard
 
 HOME = "127.0.0.1:7860"
 
