@@ -61,7 +61,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "evaluation.abilities": WORDS | {"reporting", "policies", "policies.command", "datasets"},
     "evaluation.protocol": WORDS | SHARED | {"saved", "policies.hierarchy", "sim"},
     "evaluation": WORDS | SHARED | {"policies", "datasets", "evaluation.abilities", "evaluation.protocol"},
-    "diagnostics": WORDS | POLICIES | SHARED | {"policies", "sim", "datasets"},
+    "diagnostics": WORDS | POLICIES | SHARED | {"labels", "policies", "sim", "datasets"},
     "dagger": WORDS | {"sim", "datasets", "parallel", "rollout"},
     "serving": set(),
     "drive": WORDS | POLICIES | {"policies", "sim", "rollout", "serving"},

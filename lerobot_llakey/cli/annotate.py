@@ -21,8 +21,9 @@ from lerobot_llakey.cli.errors import one_sentence
 from lerobot_llakey.datasets.annotate import annotate, find_keyframes
 from lerobot_llakey.datasets.camera_calibration import read_calibration
 from lerobot_llakey.datasets.found import few_keyframes
+from lerobot_llakey.datasets.keyframe_file import discovered, write_keyframes
 from lerobot_llakey.datasets.opening import open_dataset
-from lerobot_llakey.datasets.wording import ask_instructions, read_instructions, write_template
+from lerobot_llakey.datasets.wording import ask_instructions, read_instructions
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.folders import refuse_occupied
 from lerobot_llakey.grammar import BASIC, Grammar
@@ -127,7 +128,7 @@ def run(config: AnnotateConfig) -> None:
     if advice := few_keyframes(found, rules):
         print(advice, file=sys.stderr)
     if config.template is not None:
-        write_template(found, config.template)
+        write_keyframes(config.template, found, {episode.episode: discovered(episode) for episode in found})
         print(f"to fill in: {config.template}")
         return
     assert config.output_repo_id is not None

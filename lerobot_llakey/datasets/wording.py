@@ -2,40 +2,18 @@
 
 from __future__ import annotations
 
-import csv
 import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from lerobot_llakey.datasets.found import FoundKeyframes
+from lerobot_llakey.datasets.keyframe_file import read_rows
 from lerobot_llakey.errors import LlakeyError, MissingFileError
-from lerobot_llakey.files import replacing
+from lerobot_llakey.files import reading
 from lerobot_llakey.grammar import Grammar
 from lerobot_llakey.hints import nearest_forms
 from lerobot_llakey.instructions import BASIC_GRAMMAR
-
-COLUMNS = ("episode", "segment", "frame", "time", "gripper", "task", "instruction")
-"""Columns of the CSV file that :func:`write_template` writes. Reading needs the episode, the instruction, and the frame
-or the segment."""
-
-
-def write_template(found: Sequence[FoundKeyframes], path: Path) -> None:
-    """Write a CSV file with one line a keyframe, its instruction left empty for a person to fill in.
-
-    Lines may be deleted, moved to other frames, and added.
-
-    Raises:
-        LlakeyError: if it cannot be written.
-    """
-    with replacing(path) as fresh, fresh.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(COLUMNS)
-        for episode in found:
-            for segment, frame in enumerate(episode.keyframes):
-                gripper = "open" if episode.opened[frame] else "closed"
-                time = f"{frame / episode.fps:.2f}"
-                writer.writerow((episode.episode, segment, frame, time, gripper, episode.task, ""))
 
 
 @dataclass(frozen=True)
@@ -61,11 +39,11 @@ def read_instructions(path: Path, grammar: Grammar = BASIC_GRAMMAR) -> Wording:
     """
     if not path.exists():
         raise MissingFileError(f"Expected instructions in {path}, found no file; write one with --template={path}.")
-    try:
+    if path.suffix != ".json":
+        return _from_csv(path, grammar)
+    with reading(path, "JSON file of instructions"):
         text = path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise LlakeyError(f"Expected {path} in UTF-8, got other bytes ({error.reason}); save it as UTF-8.") from error
-    return Wording(_from_json(path, text, grammar)) if path.suffix == ".json" else _from_csv(path, text, grammar)
+    return Wording(_from_json(path, text, grammar))
 
 
 def _from_json(path: Path, text: str, grammar: Grammar) -> dict[int, list[str]]:
@@ -79,38 +57,20 @@ def _from_json(path: Path, text: str, grammar: Grammar) -> dict[int, list[str]]:
     return found
 
 
-def _from_csv(path: Path, text: str, grammar: Grammar) -> Wording:
-    rows = csv.DictReader(text.splitlines(keepends=True))
-    texts: dict[tuple[int, int], str] = {}
-    lines: dict[str, str] = {}
-    try:
-        column = "frame" if "frame" in (rows.fieldnames or ()) else "segment"
-        for row in rows:
-            place = int(row["episode"]), int(row[column])
-            if place in texts:
-                raise LlakeyError(
-                    f"Expected {column} {place[1]} of episode {place[0]} once in {path}, got it again in line "
-                    f"{rows.line_num}; remove one."
-                )
-            texts[place] = lines[f"line {rows.line_num}"] = row["instruction"].strip()
-    except LlakeyError:
-        raise
-    except (AttributeError, KeyError, TypeError, ValueError, csv.Error) as error:
-        raise LlakeyError(
-            f"Expected {path} to have the columns episode, frame (or segment) and instruction, got a row without "
-            f"({error}); correct it."
-        ) from error
+def _from_csv(path: Path, grammar: Grammar) -> Wording:
+    column, rows = read_rows(path)
+    refuse_outside_grammar({f"line {row.line}": row.instruction for row in rows}, f" in {path}", grammar)
     found: dict[int, list[str]] = {}
     frames: dict[int, list[int]] = {}
-    for episode, number in sorted(texts):
+    for row in sorted(rows, key=lambda row: (row.episode, row.number)):
+        episode, number = row.episode, row.number
         if column == "segment" and number != len(found.get(episode, ())):
             raise LlakeyError(
                 f"Expected segment {len(found.get(episode, ()))} of episode {episode} in {path}, got segment {number}; "
                 "number the segments from 0 without gaps."
             )
-        found.setdefault(episode, []).append(texts[episode, number])
+        found.setdefault(episode, []).append(row.instruction)
         frames.setdefault(episode, []).append(number)
-    refuse_outside_grammar(lines, f" in {path}", grammar)
     return Wording(found, frames if column == "frame" else None)
 
 

@@ -8,9 +8,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from lerobot_llakey.datasets.found import FoundKeyframes
+from lerobot_llakey.datasets.keyframe_file import Keyframe, Keyframes, discovered, read_keyframes, write_keyframes
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.grammar import Grammar
-from lerobot_llakey.labelling.keyframe_file import Keyframe, Keyframes, discovered, read_keyframes, write_keyframes
 
 MOST_UNDONE = 1000
 LONGEST_TEXT = 400

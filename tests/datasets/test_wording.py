@@ -9,6 +9,7 @@ import pytest
 from lerobot_llakey import schema
 from lerobot_llakey.datasets import wording as module
 from lerobot_llakey.datasets.found import FoundKeyframes
+from lerobot_llakey.datasets.keyframe_file import discovered, write_keyframes
 from lerobot_llakey.datasets.wording import Wording, read_instructions, refuse_outside_grammar
 from lerobot_llakey.errors import LlakeyError
 
@@ -26,7 +27,7 @@ def found() -> list[FoundKeyframes]:
 
 def test_a_filled_in_template_is_read_again(found: list[FoundKeyframes], tmp_path: Path) -> None:
     path = tmp_path / "instructions.csv"
-    module.write_template(found, path)
+    write_keyframes(path, found, {episode.episode: discovered(episode) for episode in found})
     lines = path.read_text().splitlines()
     assert lines[0] == "episode,segment,frame,time,gripper,task,instruction"
     assert lines[2] == "0,1,25,2.50,open,take the cup,"
@@ -44,7 +45,7 @@ def test_json_instructions_are_read(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("name", "content", "message"),
     [
-        ("a.csv", "episode,instruction\n0,grasp the cup\n", "columns episode, frame .or segment. and instruction"),
+        ("a.csv", "episode,instruction\n0,grasp the cup\n", "columns episode, segment, instruction"),
         ("b.csv", "episode,segment,instruction\n0,1,grasp the cup\n", "segment 0 of episode 0"),
         ("c.json", '["grasp the cup"]', "something else"),
     ],
@@ -96,8 +97,8 @@ def test_instructions_that_are_still_empty_are_left_to_be_counted() -> None:
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        (b"episode,segment,instruction\n0,0,grasp the cup\n0,0,grasp the lid\n", "once .* line 3"),
-        (b"episode,segment,instruction\n0,0,\xff\xfe\n", "UTF-8"),
+        (b"episode,segment,instruction\n0,0,grasp the cup\n0,0,grasp the lid\n", "once, got it again in line 3"),
+        (b"episode,segment,instruction\n0,0,\xff\xfe\n", "utf-8"),
     ],
 )
 def test_doubled_segments_and_other_bytes_are_refused(content: bytes, message: str, tmp_path: Path) -> None:

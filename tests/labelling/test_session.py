@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 
 from lerobot_llakey.datasets.found import FoundKeyframes
+from lerobot_llakey.datasets.keyframe_file import read_keyframes
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.instructions import BASIC_GRAMMAR
 from lerobot_llakey.labelling import session as sessions
-from lerobot_llakey.labelling.keyframe_file import read_keyframes
 from lerobot_llakey.labelling.session import LabelSession
 
 GRASP, RAISE = "grasp the cup", "raise the robotic arm"

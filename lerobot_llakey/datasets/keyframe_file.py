@@ -64,6 +64,53 @@ def write_keyframes(path: Path, found: Iterable[FoundKeyframes], keyframes: Mapp
     write_whole(path, text.getvalue())
 
 
+@dataclass(frozen=True)
+class Row:
+    """One row of the file.
+
+    Attributes:
+        line: number in the file.
+        episode: index.
+        number: the keyframe's frame, or its segment in a file without frames.
+        instruction: what is done until then; empty where nothing was said yet.
+    """
+
+    line: int
+    episode: int
+    number: int
+    instruction: str
+
+
+def read_rows(path: Path) -> tuple[str, list[Row]]:
+    """The rows as they stand, and what their numbers are: "frame", or "segment" in a file without frames.
+
+    Raises:
+        MissingFileError: if there is no such file.
+        LlakeyError: if a column is missing, a number is none, or a keyframe stands there twice.
+    """
+    with reading(path, "CSV file of keyframes"), path.open(newline="", encoding="utf-8-sig") as file:
+        table = csv.DictReader(file)
+        names = tuple(table.fieldnames or ())
+        lines = [(table.line_num, row) for row in table]
+    column = "frame" if "frame" in names else "segment"
+    needed = ("episode", column, "instruction")
+    if not set(needed) <= set(names):
+        raise LlakeyError(
+            f"Expected the columns {', '.join(needed)} in {path}, got {', '.join(names) or 'none'}; correct its first "
+            "line."
+        )
+    rows: dict[tuple[int, int], Row] = {}
+    for line, row in lines:
+        where = f"in line {line} of {path}"
+        episode, number = (_whole(row[name], name, where) for name in needed[:2])
+        if (episode, number) in rows:
+            raise LlakeyError(
+                f"Expected {column} {number} of episode {episode} once, got it again {where}; remove one."
+            )
+        rows[episode, number] = Row(line, episode, number, (row["instruction"] or "").strip())
+    return column, list(rows.values())
+
+
 def read_keyframes(path: Path, found: Sequence[FoundKeyframes]) -> dict[int, Keyframes]:
     """Every episode's keyframes: the file's, and the discovered ones of episodes that it leaves out.
 
@@ -73,27 +120,17 @@ def read_keyframes(path: Path, found: Sequence[FoundKeyframes]) -> dict[int, Key
         MissingFileError: if there is no such file.
         LlakeyError: if it is no such file, or names episodes or frames that are not there.
     """
-    with reading(path, "CSV file of keyframes"), path.open(newline="", encoding="utf-8-sig") as file:
-        table = csv.DictReader(file)
-        names = tuple(table.fieldnames or ())
-        rows = [(table.line_num, row) for row in table]
-    needed = ("episode", "frame" if "frame" in names else "segment", "instruction")
-    if not set(needed) <= set(names):
-        raise LlakeyError(
-            f"Expected the columns {', '.join(needed)} in {path}, got {', '.join(names) or 'none'}; correct its first "
-            "line."
-        )
+    column, rows = read_rows(path)
     episodes = {episode.episode: episode for episode in found}
     told: dict[int, dict[int, str]] = {}
-    for line, row in rows:
-        where = f"in line {line} of {path}"
-        number, place = (_whole(row[name], name, where) for name in needed[:2])
+    for row in rows:
+        where, number, place = f"in line {row.line} of {path}", row.episode, row.number
         if number not in episodes:
             raise LlakeyError(
                 f"Expected an episode of the dataset's {len(episodes)} {where}, got {number}; remove the row."
             )
         episode = episodes[number]
-        if needed[1] == "segment":
+        if column == "segment":
             if not 0 <= place < len(episode.keyframes):
                 raise LlakeyError(
                     f"Expected a segment below {len(episode.keyframes)} {where}, as many as were found in episode "
@@ -105,13 +142,11 @@ def read_keyframes(path: Path, found: Sequence[FoundKeyframes]) -> dict[int, Key
                 f"Expected a frame from 1 to {len(episode.states) - 1}, the last of episode {number}, {where}, got "
                 f"{place}; correct or remove the row."
             )
-        if place in told.setdefault(number, {}):
-            raise LlakeyError(f"Expected frame {place} of episode {number} once, got it again {where}; remove one.")
-        told[number][place] = (row["instruction"] or "").strip()
+        told.setdefault(number, {})[place] = row.instruction
     keyframes = {}
     for number, episode in episodes.items():
         # A file without frames may leave segments out; they stay keyframes.
-        given = dict.fromkeys(episode.keyframes, "") if needed[1] == "segment" else {len(episode.states) - 1: ""}
+        given = dict.fromkeys(episode.keyframes, "") if column == "segment" else {len(episode.states) - 1: ""}
         given |= told.get(number, {})
         keyframes[number] = tuple(sorted(Keyframe(*item) for item in given.items()))
         if number not in told:

@@ -5,9 +5,15 @@ from pathlib import Path
 
 import pytest
 
+from fakes_found import three_episodes
 from lerobot_llakey.datasets.found import FoundKeyframes
+from lerobot_llakey.datasets.keyframe_file import COLUMNS, Keyframe, discovered, read_keyframes, write_keyframes
 from lerobot_llakey.errors import LlakeyError, MissingFileError
-from lerobot_llakey.labelling.keyframe_file import COLUMNS, Keyframe, discovered, read_keyframes, write_keyframes
+
+
+@pytest.fixture
+def found() -> list[FoundKeyframes]:
+    return three_episodes()
 
 
 def test_what_was_written_is_read(found: list[FoundKeyframes], tmp_path: Path) -> None:
