@@ -8,9 +8,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from lerobot_llakey.datasets.collect_record import RECORD, read_record
 from lerobot_llakey.datasets.merge import merge
 from lerobot_llakey.datasets.opening import open_metadata
-from lerobot_llakey.datasets.parts import RECORD, read_record
 from lerobot_llakey.datasets.places import PARTS_SUFFIX
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.shards import Shard

@@ -12,22 +12,18 @@ from pathlib import Path
 from typing import Any
 from uuid import uuid4
 
+from lerobot_llakey.datasets.collect_record import RECORD, read_record
 from lerobot_llakey.datasets.merge import merge_into
 from lerobot_llakey.datasets.places import Places, claimed, parts_of, settled
 from lerobot_llakey.errors import FileInTheWayError, LlakeyError
 from lerobot_llakey.files import UNFINISHED, reading, remove, write_whole
 from lerobot_llakey.folders import check_movable, replace_folder
 
-RECORD = "meta/llakey_collect.json"
-"""A file of each collected dataset: its settings, number of episodes, and what was discarded."""
 DISCARDED = "discarded.json"
 """The last file of a part to be written: number of episodes discarded by reason."""
 _SETTINGS = "settings.json"
 _UNWRITTEN = f".settings{UNFINISHED}.json"
-_MADE = re.compile(
-    r"([0-9]{7}-[0-9]{7}|[a-z_]+-[0-9]{6})|unfinished-([0-9]{7}-[0-9]{7}|[a-z_]+-[0-9]{6})-[0-9]+"
-    r"|(merged|old)-(demonstrations|keysteps)"
-)
+_MADE = re.compile(r"([0-9]{7}-[0-9]{7}|[a-z_]+-[0-9]{6})|unfinished-([0-9]{7}-[0-9]{7}|[a-z_]+-[0-9]{6})-[0-9]+")
 """Names of what is made in the folder of the parts; nothing else is ever removed from it."""
 
 
@@ -148,9 +144,6 @@ def growing(settings: Mapping[str, Any], episodes: int, targets: Places, part_si
     targets = settled(targets)
     parts = parts_of(targets)
     with claimed(targets):
-        for kind, (root, _) in targets.items():
-            if (parts / f"old-{kind}").exists() and not root.exists():  # where earlier versions put it for a moment
-                (parts / f"old-{kind}").replace(root)
         counts = {kind: _count(settings, root) for kind, (root, _) in targets.items()}
         begun = _read_begun(parts)
         if begun is not None and begun.get("finished"):  # killed while it cleaned up
@@ -167,21 +160,6 @@ def growing(settings: Mapping[str, Any], episodes: int, targets: Places, part_si
         parts.mkdir(parents=True, exist_ok=True)
         write_whole(parts / _SETTINGS, json.dumps({"settings": dict(settings), **begin}))
         yield Growth(settings, episodes, targets, parts, begin["begin"], begin["part_size"])
-
-
-def read_record(root: Path) -> dict[str, Any]:
-    """What a collected dataset says about its making.
-
-    Raises:
-        LlakeyError: if the folder is not one, or what it says cannot be read.
-    """
-    path = root / RECORD
-    if not path.exists():
-        raise LlakeyError(f"Expected {root} to be absent or collected by llakey, got another folder; choose a new one.")
-    with reading(path, "record of a collection"):
-        record: dict[str, Any] = json.loads(path.read_text())
-        _ = record["settings"], int(record["episodes"]), dict(record["discarded"])
-    return record
 
 
 def _count(settings: Mapping[str, Any], root: Path) -> int:

@@ -9,9 +9,9 @@ import pytest
 
 from fakes import fake_keysteps
 from lerobot_llakey.datasets.collect import collect
+from lerobot_llakey.datasets.collect_record import RECORD, read_record
 from lerobot_llakey.datasets.digest import digest
 from lerobot_llakey.datasets.merge_shards import merge_shards
-from lerobot_llakey.datasets.parts import RECORD, read_record
 from lerobot_llakey.datasets.plan import CollectSettings, Targets
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.shards import Shard

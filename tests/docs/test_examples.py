@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from lerobot_llakey.datasets.parts import read_record
+from lerobot_llakey.datasets.collect_record import read_record
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = {

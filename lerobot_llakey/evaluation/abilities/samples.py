@@ -10,7 +10,7 @@ from lerobot.datasets.lerobot_dataset import LeRobotDataset
 
 from lerobot_llakey import schema
 from lerobot_llakey.datasets.balance import Balance
-from lerobot_llakey.datasets.parts import RECORD, read_record
+from lerobot_llakey.datasets.collect_record import RECORD, read_record
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.hand import hand_columns, names_of
 

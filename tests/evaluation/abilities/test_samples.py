@@ -5,7 +5,7 @@ import pytest
 
 from fakes import fake_keysteps
 from lerobot_llakey import schema
-from lerobot_llakey.datasets.parts import RECORD
+from lerobot_llakey.datasets.collect_record import RECORD
 from lerobot_llakey.datasets.rewrite import drop
 from lerobot_llakey.evaluation.abilities.samples import check_columns, samples, task_names
 
