@@ -39,8 +39,8 @@ class RuleSettings:
     position: float = 0.004
     rotation: float = 0.02
     gripper: float = 0.03
-    path: float = 0.02
-    turn: float = 10.0
+    path: float = 0.015
+    turn: float = 7.5
     prominence: float = 0.3
     merge: float = 0.3
 

@@ -3,7 +3,9 @@
 Needs no rest: the corners are those of the polyline that Douglas and Peucker (1973) simplify the path to, between one
 event of the gripper and the next. Automatic waypoint extraction (AWE; Shi, Sharma, Zhao and Finn 2023) asks for the
 fewest waypoints from which the path is got back to within an error; which of many equal answers it gives is chance, so
-here the corners are then moved to where the polyline fits best.
+here the corners are then moved to where the polyline fits best, and from there to where the hand is slowest: people slow
+down where they turn to the next goal (the two-thirds power law of Lacquaniti, Terzuolo and Viviani 1983). A blunt
+corner at which the hand keeps its speed belongs to a curve, or a way around something.
 """
 
 from __future__ import annotations
@@ -19,12 +21,14 @@ from lerobot_llakey.keyframes.motion import Motion, smoothed
 
 _SMOOTH_SECONDS = 0.4
 _FITTING_ROUNDS = 4
-_SNAP, _SNAP_SECONDS = 0.5, 0.4
-"""How near a corner, in tolerances and seconds, the hand still is at it."""
+_SLOW_SECONDS = 0.2
+"""How far from a corner of the fitted polyline the hand may be slowest."""
+_SLOWER, _SHARP = 0.2, 60.0
+"""The share by which the hand slows down at a corner at least, unless it turns by so many degrees."""
 
 
 def waypoint_keyframes(
-    motion: Motion, *, position_tolerance: float = 0.02, rotation_tolerance: float = 10.0
+    motion: Motion, *, position_tolerance: float = 0.015, rotation_tolerance: float = 7.5
 ) -> list[int]:
     """Frames at which the gripper has opened or closed, and corners of the hand's path between them.
 
@@ -45,11 +49,13 @@ def waypoint_keyframes(
     last = len(motion) - 1
     events = gripper_frames(motion, path)
     bounds = [0, *(frame for frame in events if 0 < frame < last), last]
-    corners, reach = list[int](), round(_SNAP_SECONDS * motion.fps)
+    speeds = np.linalg.norm(np.gradient(path, axis=0), axis=1)
+    corners, reach = list[int](), round(_SLOW_SECONDS * motion.fps)
     for begin, end in itertools.pairwise(bounds):
         fitted = _fitted(path, simplify(path, begin, end))
-        corners += [*(_slowest(path, corner, begin, end, reach) for corner in fitted[1:-1]), end]
-    return sorted(set(corners))
+        slowest = {_slowest(speeds, corner, begin, end, reach) for corner in fitted[1:-1]}
+        corners += _kept(path, speeds, [begin, *sorted(slowest), end])[1:]
+    return corners
 
 
 def hand_path(motion: Motion, position_tolerance: float, rotation_tolerance: float) -> np.ndarray:
@@ -128,17 +134,30 @@ def _fitted(path: np.ndarray, corners: list[int]) -> list[int]:
     return corners
 
 
-def _slowest(path: np.ndarray, corner: int, begin: int, end: int, reach: int) -> int:
-    """The frame at which the hand is slowest while it is at a corner: where it lingers, any frame fits as well."""
+def _slowest(speeds: np.ndarray, corner: int, begin: int, end: int, reach: int) -> int:
+    """The frame downhill from a corner at which the hand is slowest, not further than ``reach`` from it."""
     low, high = max(begin + 1, corner - reach), min(end - 1, corner + reach)
-    here = np.linalg.norm(path[low : high + 1] - path[corner], axis=1) <= _SNAP
-    first = last = corner
-    while first > low and here[first - 1 - low]:
-        first -= 1
-    while last < high and here[last + 1 - low]:
-        last += 1
-    steps = np.linalg.norm(path[first + 1 : last + 2] - path[first - 1 : last], axis=1)
-    return first + int(np.argmin(steps))
+    here = corner
+    while (lower := min(range(max(low, here - 1), min(high, here + 1) + 1), key=lambda at: speeds[at])) != here:
+        here = lower
+    return here
+
+
+def _kept(path: np.ndarray, speeds: np.ndarray, corners: list[int]) -> list[int]:
+    """The first and the last corner, and those between that are sharp or at which the hand slows down."""
+    corners = list(corners)
+    while len(corners) > 2:
+        slower = []
+        for low, at, high in zip(corners, corners[1:], corners[2:], strict=False):
+            before, after = path[at] - path[low], path[high] - path[at]
+            turned = before @ after <= np.cos(np.deg2rad(_SHARP)) * np.linalg.norm(before) * np.linalg.norm(after)
+            there, on = speeds[low : at + 1].max(), speeds[at : high + 1].max()
+            slower.append(1.0 if turned else 1 - speeds[at] / max(min(there, on), 1e-12))
+        least = int(np.argmin(slower))
+        if slower[least] >= _SLOWER:
+            break
+        del corners[least + 1]
+    return corners
 
 
 def _cost(path: np.ndarray, first: int, last: int) -> float:
