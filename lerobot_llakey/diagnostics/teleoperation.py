@@ -32,6 +32,8 @@ _FOLLOW_SECONDS = 0.12
 _CORNER_SPEED = (0.2, 0.6)
 """The share of a move's speed that is left where it turns into the next one."""
 _SAME_METRES, _SAME_RADIANS = 0.03, 0.2
+_AIMS = 0.05
+"""Metres: who has no further to go stops and aims first."""
 _GRIPPER_SECONDS, _AFTER_GRIPPER = 0.8, (0.0, 0.15)
 _FINGERS_DONE = 0.02
 """The share of its travel that a gripper that is done has left."""
@@ -174,7 +176,7 @@ def drive(simulation: Simulation, seed: int, variation: int | None, sensors: Sen
             path = simulation.motion.plan(waypoint.pose, waypoint.ignore_collision)
         except PlanningError:
             break
-        arrives = acts or len(plan) == 1 or waypoint.pose.distance(plan[1].pose)[0] < _SAME_METRES
+        arrives = acts or len(plan) == 1 or waypoint.pose.distance(plan[1].pose)[0] < _AIMS
         operator.follow(path, 0.0 if arrives else rng.uniform(*_CORNER_SPEED))
         if arrives:
             operator.settle()
