@@ -31,6 +31,14 @@ def test_a_gripper_that_closes_on_a_straight_way_is_a_keyframe() -> None:
     assert [frame for frame in waypoint_keyframes(motion) if 30 <= frame <= 36]
 
 
+def test_a_blunt_corner_counts_where_the_hand_slows_down() -> None:
+    bent = [[0.2, 0, 0.3], [0.5, 0, 0.3], [0.8, 0.15, 0.3]]
+    assert waypoint_keyframes(moving(bent, noise=0.0)) == [40]
+    slowed = waypoint_keyframes(moving(bent, noise=0.0, slow=True))
+    assert len(slowed) == 2
+    assert abs(slowed[0] - 20) <= 1
+
+
 def test_there_and_back_again_has_a_corner() -> None:
     path = np.abs(np.linspace(-5, 5, 21))[:, None]
     assert simplify(path, 0, 20) == [0, 10, 20]
