@@ -3,8 +3,8 @@
 Needs no rest: the corners are those of the polyline that Douglas and Peucker (1973) simplify the path to, between one
 event of the gripper and the next. Automatic waypoint extraction (AWE; Shi, Sharma, Zhao and Finn 2023) asks for the
 fewest waypoints from which the path is got back to within an error; which of many equal answers it gives is chance, so
-here the corners are then moved to where the polyline fits best, and from there to where the hand is slowest: people slow
-down where they turn to the next goal (the two-thirds power law of Lacquaniti, Terzuolo and Viviani 1983). A blunt
+here the corners are then moved to where the polyline fits best, and from there to where the hand is slowest: people
+slow down where they turn to the next goal (the two-thirds power law of Lacquaniti, Terzuolo and Viviani 1983). A blunt
 corner at which the hand keeps its speed belongs to a curve, or a way around something.
 """
 
