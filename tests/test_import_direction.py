@@ -51,6 +51,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "policies.command": WORDS | {"policies", "saved", "checks"},
     "policies.hierarchy": WORDS | POLICIES | {"policies", "saved", "checks"},
     "datasets": WORDS | {"labels", "checks", "sim", "parallel", "shards"},
+    "naming": WORDS | {"policies", "policies.command", "datasets"},
     "converters": WORDS | {"labels", "sim", "datasets", "parallel"},
     "parallel": {"ray_engine"},
     "ray_engine": set(),
@@ -73,7 +74,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     | SHARED
     | EVALUATION
     | {"saved", "labels", "checks", "policies", "sim", "datasets", "converters", "inspection", "diagnostics", "dagger"}
-    | {"drive", "experiments", "labelling", "serving", "sharing"},
+    | {"drive", "experiments", "labelling", "naming", "serving", "sharing"},
     # Importing the package registers its environment and its policies.
     "": POLICIES | {"policies", "saved", "sim"},
 }

@@ -13,7 +13,7 @@ from lerobot_llakey.cli.command_line import with_options
 from lerobot_llakey.cli.errors import one_sentence
 from lerobot_llakey.converters.rlbench import convert, plan_episodes
 from lerobot_llakey.converters.rlbench_files import find_episodes
-from lerobot_llakey.converters.rlbench_instructions import SHIPPED, read_sequences
+from lerobot_llakey.datasets.sequences import SHIPPED, read_sequences
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.grammar import BASIC, Grammar
 

@@ -20,12 +20,12 @@ from tqdm import tqdm
 from lerobot_llakey import schema
 from lerobot_llakey.converters.rlbench_episode import FPS, Numbers, read_numbers
 from lerobot_llakey.converters.rlbench_files import EpisodeFolder
-from lerobot_llakey.converters.rlbench_instructions import TaskInstructions, shown
 from lerobot_llakey.converters.rlbench_keyframes import keypoints
 from lerobot_llakey.datasets.collect import part_size, plan_parts, quieten
 from lerobot_llakey.datasets.demonstrations import DemonstrationWriter
 from lerobot_llakey.datasets.parts import DISCARDED, growing
 from lerobot_llakey.datasets.plan import IMAGE_SIZES
+from lerobot_llakey.datasets.sequences import TaskInstructions, shown
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.grammar import Grammar
 from lerobot_llakey.labels import label

@@ -19,7 +19,9 @@ from lerobot.datasets.lerobot_dataset import LeRobotDataset
 from lerobot_llakey import schema
 from lerobot_llakey.datasets.camera_calibration import CameraCalibration
 from lerobot_llakey.datasets.commanded_gripper import command_column, gripper_opened
+from lerobot_llakey.datasets.depth_files import DepthFiles
 from lerobot_llakey.datasets.found import FoundKeyframes, chosen_keyframes
+from lerobot_llakey.datasets.joint_poses import ArmModel
 from lerobot_llakey.datasets.poses import state_reader
 from lerobot_llakey.datasets.rewrite import as_column, rewrite
 from lerobot_llakey.datasets.units import check_states
@@ -42,6 +44,7 @@ def find_keyframes(
     settings: RuleSettings | None = None,
     rules: tuple[str, ...] = ("rest",),
     given: Mapping[int, list[int]] | None = None,
+    arm: ArmModel | None = None,
     **wording: Any,
 ) -> list[FoundKeyframes]:
     """Discover every episode's keyframes.
@@ -50,10 +53,11 @@ def find_keyframes(
     does: other numbers could be of any unit.
 
     Args:
-        source: a dataset whose state holds the hand's pose.
+        source: a dataset whose state holds the hand's pose, or an arm's joints.
         settings: what counts as a keyframe.
         rules: which rules find keyframes, of :data:`lerobot_llakey.keyframes.rules.RULES`.
         given: keyframes by episode that a person chose; taken as they are in place of what the rules find.
+        arm: gives the hand's pose where the state holds joints alone.
         wording: how the state is written, see :func:`lerobot_llakey.datasets.poses.state_reader`.
 
     Raises:
@@ -66,7 +70,8 @@ def find_keyframes(
             f"Expected {schema.STATE} with the hand's pose in {source.repo_id}, got only "
             f"{', '.join(source.features)}; record it."
         )
-    reader = state_reader(source.features[schema.STATE], **wording)
+    feature = source.features[schema.STATE]
+    reader = state_reader(feature, **wording) if arm is None else arm.reader(feature, **wording)
     if len(source.hf_dataset) != source.meta.total_frames:
         raise LlakeyError(
             f"Expected all {source.meta.total_episodes} episodes of {source.repo_id}, got {source.num_episodes}; load "
@@ -122,6 +127,7 @@ def annotate(
     *,
     ignore_collision: bool = True,
     calibration: Mapping[str, CameraCalibration] | None = None,
+    depth: DepthFiles | None = None,
     grammar: Grammar = BASIC_GRAMMAR,
 ) -> LeRobotDataset:
     """Write a copy of a dataset with the contract's state, keyframe and instruction columns.
@@ -138,6 +144,7 @@ def annotate(
         repo_id: its name.
         ignore_collision: whether the planner may touch things on the way to a keyframe: recordings do not tell.
         calibration: of cameras that do not move, by name; other cameras stay as they are.
+        depth: pictures that the copy gets as videos.
         grammar: of the instructions; the copy keeps it.
 
     Raises:
@@ -173,7 +180,8 @@ def annotate(
             rows = table["index"].to_numpy()
             return {key: as_column(values[rows]) for key, values in columns.items()}
 
-        rewrite(folder, of, {key: features[key] for key in columns})
+        videos = {} if depth is None else depth.write(folder, source.meta)
+        rewrite(folder, of, {key: features[key] for key in columns}, videos=videos)
     return LeRobotDataset(repo_id, root=root)
 
 

@@ -36,9 +36,9 @@ Keyframes = tuple[Keyframe, ...]
 """Of one episode, by increasing frame; the last one is the episode's last frame."""
 
 
-def discovered(episode: FoundKeyframes) -> Keyframes:
-    """An episode's keyframes before a person has said anything."""
-    return tuple(Keyframe(frame) for frame in episode.keyframes)
+def discovered(episode: FoundKeyframes, texts: Sequence[str] | None = None) -> Keyframes:
+    """An episode's keyframes before a person has said anything, with instructions that are known otherwise."""
+    return tuple(map(Keyframe, episode.keyframes, texts or [""] * len(episode.keyframes)))
 
 
 def write_keyframes(path: Path, found: Iterable[FoundKeyframes], keyframes: Mapping[int, Keyframes]) -> None:

@@ -135,7 +135,7 @@ def state_reader(
     if rotation is not None and rotation not in _FORMS:
         raise LlakeyError(f"Expected --rotation out of {', '.join(ROTATIONS)}, got {rotation!r}; choose one of these.")
     closed, opened = _range(gripper_range)
-    given = _named(feature, rotation, state_names)
+    given = recorded_names(feature, rotation, state_names)
     plain = [plain_name(name) for name in given]
     form, turn = _rotation(plain, given, rotation)
     in_matrix = turn[3:12:4]
@@ -155,8 +155,12 @@ def _range(gripper_range: Sequence[float]) -> tuple[float, float]:
     return float(gripper_range[0]), float(gripper_range[1])
 
 
-def _named(feature: Mapping[str, Any], rotation: str | None, state_names: Sequence[str] | None) -> list[str]:
-    """The names of the state's numbers."""
+def recorded_names(feature: Mapping[str, Any], rotation: str | None, state_names: Sequence[str] | None) -> list[str]:
+    """The names of a recorded state's numbers; see :func:`state_reader`.
+
+    Raises:
+        LlakeyError: if there is not one for each.
+    """
     count = int(np.prod(tuple(feature.get("shape") or (0,))))
     names = list(state_names) if state_names is not None else names_of(feature)
     if state_names is None and len(names) != count and rotation is not None:
@@ -195,7 +199,7 @@ def _rotation(plain: Sequence[str], given: Sequence[str], wanted: str | None) ->
         wrong, advice = " and ".join(found), "say which to take by --rotation"
     else:
         wrong = f"only {', '.join(given)}" + (f" with --rotation={wanted}" if wanted else "")
-        advice = "name the numbers by --state_names, or their form by --rotation"
+        advice = "name the numbers by --state_names or their form by --rotation, or give --urdf and --tip for joints"
     raise LlakeyError(
         f"Expected the hand's rotation among the names of {schema.STATE} (qx, qy, qz, qw in any order; wx, wy, wz; "
         f"roll, pitch, yaw; or the sixteen m00 to m33), got {wrong}; {advice}."

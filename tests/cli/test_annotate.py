@@ -2,9 +2,11 @@
 
 import csv
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from fakes_arm import recording, write_urdf
 from fakes_recordings import fake_recording, instructions_of, write_calibration
 from lerobot_llakey.cli import annotate, check
 from lerobot_llakey.datasets.poses import ROTATIONS
@@ -69,3 +71,44 @@ def test_a_calibration_of_other_cameras_is_refused_before_anything_is_typed(
     monkeypatch.setattr("builtins.input", lambda _: pytest.fail("asked"))
     with pytest.raises(LlakeyError, match=r"cameras phone in .*got front"):
         annotate.run(config)
+
+
+JOINTS = ["--urdf={arm}", "--tip=tip", "--joint_unit=degrees", "--gripper_range=[0,100]"]
+SKILLS = """
+take:
+  descriptions: ["take the {thing}"]
+  sequences: [["move to the top of the {thing}", "grasp the {thing}", "raise the robotic arm"]]
+"""
+
+
+def test_joints_alone_and_a_file_of_skills_make_demonstrations(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    recording(tmp_path / "recording")
+    (tmp_path / "skills.yaml").write_text(SKILLS)
+    source = ["--repo_id=me/joints", f"--root={tmp_path / 'recording'}", f"--instructions={tmp_path / 'skills.yaml'}"]
+    source += [option.format(arm=write_urdf(tmp_path / "arm.urdf")) for option in JOINTS]
+    run("annotate", monkeypatch, *source, f"--template={tmp_path / 'texts.csv'}")
+    with (tmp_path / "texts.csv").open(newline="") as file:
+        assert [row["instruction"] for row in csv.DictReader(file)][1] == "grasp the cup"
+    run("annotate", monkeypatch, *source, "--output_repo_id=me/out", f"--output_root={tmp_path / 'out'}")
+    capsys.readouterr()
+    run("check", monkeypatch, "--repo_id=me/out", f"--root={tmp_path / 'out'}")
+    assert "0 refused" in (said := capsys.readouterr().out), said
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"tip": "tip"}, r"--urdf and --tip together, got --tip=tip alone"),
+        ({"joint_unit": "degrees"}, r"--urdf and --tip together, got --joint_unit=degrees alone"),
+        ({"depth": Path("nowhere")}, r"folder of depth pictures at nowhere, found none"),
+        ({"instructions": "nowhere.yaml"}, r"YAML file of instructions at nowhere.yaml, found none"),
+        ({"instructions": "subtask"}, r"column language_persistent with rows of style subtask"),
+    ],
+)
+def test_what_is_missing_is_said_in_one_sentence(options: dict[str, Any], said: str, tmp_path: Path) -> None:
+    fake_recording(tmp_path / "recording", "hand_alone", episodes=1, scale=0.05)
+    target = {"output_repo_id": "me/x", "output_root": tmp_path / "x"}
+    with pytest.raises(LlakeyError, match=said):
+        annotate.run(annotate.AnnotateConfig("me/recording", tmp_path / "recording", **target, **options))

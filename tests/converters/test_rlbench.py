@@ -12,7 +12,7 @@ from lerobot_llakey import geometry, schema
 from lerobot_llakey.converters import rlbench
 from lerobot_llakey.converters.rlbench import PlannedEpisode, convert, plan_episodes
 from lerobot_llakey.converters.rlbench_files import find_episodes
-from lerobot_llakey.converters.rlbench_instructions import SHIPPED, TaskInstructions, read_sequences
+from lerobot_llakey.datasets.sequences import SHIPPED, TaskInstructions, read_sequences
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.instructions import BASIC_GRAMMAR
 

@@ -20,7 +20,7 @@ from lerobot_llakey.errors import LlakeyError, said
 from lerobot_llakey.grammar import Grammar
 from lerobot_llakey.instructions import BASIC_GRAMMAR
 from lerobot_llakey.policies.command.chat.messages import Message, first_instruction
-from lerobot_llakey.policies.command.chat.settings import UNNAMED, ChatSettings, repeats
+from lerobot_llakey.policies.command.chat.settings import POLICY_OPTIONS, UNNAMED, ChatSettings, repeats
 from lerobot_llakey.policies.command.chat.transport import Background, bounded_http, completion_text, too_long
 
 log = logging.getLogger(__name__)
@@ -70,6 +70,7 @@ class ChatClient:
         settings: see :class:`ChatSettings`.
         max_tokens: longest answer.
         grammar: of the answers.
+        options: how errors begin the names of the options ``base_url`` and ``model``.
 
     Attributes:
         counts: what happened so far; written by the event loop's thread alone.
@@ -85,6 +86,8 @@ class ChatClient:
         settings: ChatSettings,
         max_tokens: int,
         grammar: Grammar = BASIC_GRAMMAR,
+        *,
+        options: str = POLICY_OPTIONS,
     ) -> None:
         try:
             import openai
@@ -97,7 +100,7 @@ class ChatClient:
         self.settings = settings
         self.grammar = grammar
         self.counts = ChatCounts()
-        self._openai: Any = openai
+        self._openai, self._named = openai, options
         self._key = os.environ.get(settings.api_key_env) or NO_KEY
         self._client: Any = openai.AsyncOpenAI(
             api_key=self._key,
@@ -234,15 +237,13 @@ class ChatClient:
         advice = {
             401: f"set the environment variable {self.settings.api_key_env} to a valid key",
             403: f"set the environment variable {self.settings.api_key_env} to a key that may",
-            404: f"check --policy.base_url and --policy.model={self.model}",
+            404: f"check {self._named}base_url and {self._named}model={self.model}",
         }.get(status, "check the model and the chat settings against what the server takes")
-        advice = "check --policy.base_url" if elsewhere else advice
+        advice = f"check {self._named}base_url" if elsewhere else advice
         return LlakeyError(
             f"Expected an answer of the chat server at {self.address}, got status {status}: {reason}; {advice}."
         )
 
     def _wrong_address(self, what: str) -> LlakeyError:
-        return LlakeyError(
-            f"Expected a chat-completions server at {self.address}, got {what}; start it or correct --policy.base_url "
-            "(most end in /v1)."
-        )
+        advice = f"start it or correct {self._named}base_url (most end in /v1)"
+        return LlakeyError(f"Expected a chat-completions server at {self.address}, got {what}; {advice}.")

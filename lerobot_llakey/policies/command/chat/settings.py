@@ -18,6 +18,10 @@ PIECE = 8
 _NO_SIGN = re.compile(r"[^0-9a-z]")
 
 
+POLICY_OPTIONS = "--policy."
+"""How the options of a policy's chat model begin."""
+
+
 @dataclass
 class ChatSettings:
     """How requests to a hosted model are made, besides its address and name.
@@ -72,8 +76,13 @@ class ChatSettings:
             )
 
 
-def check_address(base_url: str | None, model: str | None) -> None:
+def check_address(base_url: str | None, model: str | None, options: str = POLICY_OPTIONS) -> None:
     """Refuse an incomplete address, and one with a secret in it, since addresses are saved and shown.
+
+    Args:
+        base_url: None is OpenAI's own.
+        model: the model's name there.
+        options: how an error begins the names of these two options.
 
     Raises:
         LlakeyError: see above.
@@ -81,7 +90,7 @@ def check_address(base_url: str | None, model: str | None) -> None:
     if not model:
         raise LlakeyError(
             "Expected `model` to name the server's model with backend=chat, got none; give for example "
-            "--policy.model=gpt-4o."
+            f"{options}model=gpt-4o."
         )
     if not base_url:
         return

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from lerobot_llakey.converters.rlbench_instructions import SHIPPED, read_sequences, shown
+from lerobot_llakey.datasets.sequences import SHIPPED, read_sequences, shown
 from lerobot_llakey.errors import LlakeyError, MissingFileError
 from lerobot_llakey.instructions import BASIC_GRAMMAR
 from lerobot_llakey.sim.tasks import make_task

@@ -1,4 +1,7 @@
-"""Which basic action leads to each keyframe of an RLBench demonstration: sequences by task, from a YAML file."""
+"""Which instruction leads to each keyframe of a demonstration: sequences by task, from a YAML file.
+
+RLBench's demonstrations (``llakey convert``) and anyone's recordings (``llakey annotate``) take theirs from such files.
+"""
 
 from __future__ import annotations
 
@@ -16,6 +19,7 @@ from lerobot_llakey.grammar import Grammar
 
 SHIPPED = Path(__file__).parent.parent / "grammars" / "rlbench_instructions.yaml"
 """The instructions of the five tasks that are RLBench's and the simulator's."""
+YAML_SUFFIXES = (".yaml", ".yml")
 _SLOT = re.compile(r"\{(\w+)\}")
 
 
@@ -41,21 +45,35 @@ class TaskInstructions:
         Raises:
             LlakeyError: if none of them reads like one of the descriptions.
         """
-        for pattern in self.descriptions:
-            for skill in skills:
-                if match := _pattern(pattern).fullmatch(" ".join(skill.lower().split())):
-                    return match.groupdict()
+        if (found := self._read(skills)) is not None:
+            return found
         raise LlakeyError(
             f"Expected a skill instruction of {self.task} such as {self.descriptions[0]!r}, got {list(skills)!r:.200}; "
             "add its form to the descriptions in a file for --instructions."
         )
 
-    def fitting(self, skills: Sequence[str], gripper_open: Sequence[bool]) -> tuple[int, list[str]] | None:
-        """The instructions of an episode.
+    def describes(self, skill: str) -> bool:
+        """Whether a skill instruction reads like one of the descriptions."""
+        return self._read([skill]) is not None
+
+    def _read(self, skills: Sequence[str]) -> dict[str, str] | None:
+        for pattern in self.descriptions:
+            for skill in skills:
+                if match := _pattern(pattern).fullmatch(" ".join(skill.lower().split())):
+                    return match.groupdict()
+        return None
+
+    def fitting(
+        self, skills: Sequence[str], gripper_open: Sequence[bool], *, open_at_first: bool = True, by_count: bool = False
+    ) -> tuple[int, list[str]] | None:
+        """The instructions of an episode: of the first sequence with as many as keyframes, and the gripper's changes.
 
         Args:
             skills: the episode's skill instructions.
             gripper_open: whether the gripper is open at each keyframe.
+            open_at_first: whether it is open in the episode's first frame.
+            by_count: whether to look at the number of keyframes alone, as where there is no gripper; free text, whose
+                words imply nothing, is always chosen so.
 
         Returns:
             The number of the sequence and its instructions, one a keyframe; None if no sequence fits the gripper.
@@ -66,13 +84,14 @@ class TaskInstructions:
         known = self.variables(skills)
         for number, sequence in enumerate(self.sequences):
             texts = [text.format(**known) for text in sequence]
-            if _openness(texts, self.grammar) == list(gripper_open):
+            counts = (by_count or self.grammar.is_free) and len(texts) == len(gripper_open)
+            if counts or _openness(texts, self.grammar, open_at_first) == list(gripper_open):
                 return number, texts
         return None
 
-    def patterns(self) -> str:
+    def patterns(self, open_at_first: bool = True) -> str:
         """The gripper at the keyframes of each sequence, as an error shows it."""
-        return " or ".join(shown(_openness(sequence, self.grammar)) for sequence in self.sequences)
+        return " or ".join(shown(_openness(sequence, self.grammar, open_at_first)) for sequence in self.sequences)
 
 
 def shown(gripper_open: Sequence[bool]) -> str:
@@ -139,9 +158,9 @@ def _pattern(description: str) -> re.Pattern[str]:
     )
 
 
-def _openness(texts: Sequence[str], grammar: Grammar) -> list[bool]:
-    """Whether the gripper is open after each instruction, from the words alone; open before the first."""
-    opened = [True]
+def _openness(texts: Sequence[str], grammar: Grammar, open_at_first: bool = True) -> list[bool]:
+    """Whether the gripper is open after each instruction, from the words alone."""
+    opened = [open_at_first]
     for text in texts:
         implied = grammar.gripper_implied(_SLOT.sub("red", text))
         opened.append(opened[-1] if implied is None else implied)
