@@ -11,6 +11,9 @@ import numpy as np
 from lerobot.configs import DepthEncoderConfig, VideoEncoderConfig
 from lerobot.datasets.depth_utils import quantize_depth
 
+_TICKS = 1024
+"""Parts of a frame in which a file's times are counted."""
+
 
 class VideoFile:
     """A video that grows by episodes, each of which can be decoded without the others.
@@ -27,6 +30,7 @@ class VideoFile:
     def __init__(self, path: Path, fps: int, encoder: VideoEncoderConfig) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         self.path, self.frames = path, 0
+        self._decoded = -_TICKS * 1000
         self._fps, self._encoder = fps, encoder
         self._container = av.open(str(path), "w")
         self._stream: av.VideoStream | None = None
@@ -66,8 +70,10 @@ class VideoFile:
     def _mux(self, codec: av.VideoCodecContext, picture: av.VideoFrame | None) -> None:
         for packet in codec.encode(picture):
             if packet.pts is not None and packet.dts is not None:
-                packet.pts, packet.dts = packet.pts + self.frames, packet.dts + self.frames
-            packet.time_base = codec.time_base
+                # An episode is to be decoded a little ahead of its first frame, but behind the one before.
+                self._decoded = max((packet.dts + self.frames) * _TICKS, self._decoded + 1)
+                packet.pts, packet.dts = (packet.pts + self.frames) * _TICKS, self._decoded
+            packet.duration, packet.time_base = _TICKS, Fraction(1, self._fps * _TICKS)
             packet.stream = self._stream
             self._container.mux(packet)
 
