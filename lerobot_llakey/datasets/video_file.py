@@ -45,7 +45,7 @@ class VideoFile:
         else:
             codec = av.CodecContext.create(self._encoder.vcodec, "w")
             codec.options = self._options()
-            codec.framerate = self._fps
+            codec.framerate = Fraction(self._fps)
             codec.flags = self._stream.codec_context.flags  # headers go into the file's, not into the packets
         codec.pix_fmt, codec.width, codec.height = self._encoder.pix_fmt, width, height
         codec.time_base = Fraction(1, self._fps)
@@ -74,6 +74,7 @@ class VideoFile:
                 self._decoded = max((packet.dts + self.frames) * _TICKS, self._decoded + 1)
                 packet.pts, packet.dts = (packet.pts + self.frames) * _TICKS, self._decoded
             packet.duration, packet.time_base = _TICKS, Fraction(1, self._fps * _TICKS)
+            assert self._stream is not None
             packet.stream = self._stream
             self._container.mux(packet)
 
