@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 from lerobot.configs import DepthEncoderConfig, RGBEncoderConfig
-from lerobot.datasets.lerobot_dataset import LeRobotDataset
+from lerobot.datasets.io_utils import write_info
 from lerobot.datasets.utils import INFO_PATH
 
 from lerobot_llakey import schema
+from lerobot_llakey.datasets.episode_writer import EpisodeWriter, Statistics
+from lerobot_llakey.datasets.video_file import VideoFile
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.sim.cameras import CameraRig
 from lerobot_llakey.sim.recorder import Episode, frame_columns, render_frames
@@ -20,8 +22,6 @@ from lerobot_llakey.sim.simulation import Simulation
 
 ROBOT_TYPE = "panda"
 _DEPTH_SCALE = ("depth_min", "depth_max", "use_log")
-_LONGEST_EPISODE = 100_000
-"""LeRobot's streaming encoder drops frames once its queue is full, so the queue holds whole episodes."""
 
 Frame = dict[str, Any]
 
@@ -58,7 +58,7 @@ def rgb_encoder() -> RGBEncoderConfig:
 def depth_encoder() -> DepthEncoderConfig:
     """Lossless 12-bit HEVC over the contract's depth range in linear steps of one millimetre: every depth is exact."""
     nearest, farthest = schema.DEPTH_RANGE_METRES
-    # One thread a stream: eight streams are encoded at once.
+    # One thread: processes are what fills the cores.
     options = {"x265-params": "lossless=1:log-level=error:pools=none:frame-threads=1"}
     return DepthEncoderConfig(
         preset="ultrafast", g=10, depth_min=nearest, depth_max=farthest, use_log=False, extra_options=options
@@ -84,7 +84,7 @@ def check_depth(roots: Iterable[Path]) -> None:
                 )
 
 
-class DemonstrationWriter:
+class DemonstrationWriter(EpisodeWriter):
     """Writes dense episodes to a new dataset whose pictures are videos; use it as a context manager.
 
     Args:
@@ -95,30 +95,45 @@ class DemonstrationWriter:
     """
 
     def __init__(self, repo_id: str, root: Path, fps: int, features: Mapping[str, Mapping[str, Any]]) -> None:
-        self._dataset = LeRobotDataset.create(
-            repo_id,
-            fps,
-            {key: dict(feature) for key, feature in features.items()},
-            root=root,
-            robot_type=ROBOT_TYPE,
-            rgb_encoder=rgb_encoder(),
-            depth_encoder=depth_encoder(),
-            streaming_encoding=True,
-            encoder_queue_maxsize=_LONGEST_EPISODE,
-            encoder_threads=1,
-        )
+        super().__init__(repo_id, root, fps, features, ROBOT_TYPE, use_videos=True)
+        depth = depth_encoder()
+        self._encoders = {key: depth if key in self.meta.depth_keys else rgb_encoder() for key in self._pictures}
+        self._videos: dict[str, VideoFile] = {}
+        self._numbers = dict.fromkeys(self._pictures, -1)
 
-    def __enter__(self) -> Self:
-        return self
+    def _write_pictures(self, frames: Sequence[Mapping[str, Any]]) -> tuple[dict[str, list[Any]], dict[str, Any]]:
+        place: dict[str, Any] = {}
+        for key, encoder in self._encoders.items():
+            video = self._videos.get(key)
+            if video is None or video.path.stat().st_size > self.meta.video_files_size_in_mb * 2**20:
+                if video is not None:
+                    video.close()
+                self._numbers[key] += 1
+                name = self.meta.video_path.format(video_key=key, chunk_index=0, file_index=self._numbers[key])
+                video = self._videos[key] = VideoFile(self.meta.root / name, self.meta.fps, encoder)
+            begin = video.frames
+            video.add_episode([frame[key] for frame in frames])
+            place |= {
+                f"videos/{key}/chunk_index": 0,
+                f"videos/{key}/file_index": self._numbers[key],
+                f"videos/{key}/from_timestamp": begin / self.meta.fps,
+                f"videos/{key}/to_timestamp": video.frames / self.meta.fps,
+            }
+        return {}, place
 
-    def __exit__(self, *_: object) -> None:
-        self._dataset.finalize()
+    def _picture_statistics(self, key: str, frames: Sequence[Mapping[str, Any]]) -> Statistics:
+        """As elsewhere, but of videos LeRobot counts the pixels."""
+        stats = super()._picture_statistics(key, frames)
+        return stats | {"count": stats["count"] * int(np.prod(self.meta.features[key]["shape"][:2]))}
 
-    def add_episode(self, frames: Iterable[Frame]) -> None:
-        """Write one episode of frames as :func:`frames_of` gives them."""
-        for frame in frames:
-            self._dataset.add_frame(dict(frame))
-        self._dataset.save_episode()
+    def finalize(self) -> None:
+        """Close all files; without it the dataset cannot be read."""
+        for key, video in self._videos.items():
+            video.close()
+            self.meta.update_video_info(key, self._encoders[key])
+        self._videos = {}
+        write_info(self.meta.info, self.meta.root)
+        super().finalize()
 
 
 def keystep_rng(episode: Episode) -> np.random.Generator:

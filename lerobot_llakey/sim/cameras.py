@@ -16,6 +16,7 @@ from lerobot_llakey.geometry import DOWN, nearest_sign, pinhole_intrinsics
 from lerobot_llakey.schema import CAMERAS
 from lerobot_llakey.sim.arm.panda import HULL_GROUP, VISUAL_GROUP
 from lerobot_llakey.sim.mujoco_poses import wxyz
+from lerobot_llakey.sim.rgbd_renderer import RGBDRenderer
 
 VIEWER = "viewer"
 """The camera of videos made for people."""
@@ -77,12 +78,12 @@ class CameraRig:
 
     def __init__(self, model: mujoco.MjModel, size: int) -> None:
         self.model, self.size = model, size
-        self._renderers: dict[tuple[int, int], mujoco.Renderer] = {}
+        self._renderers: dict[tuple[int, int], RGBDRenderer] = {}
         self._policy_view = _view_option(HULL_GROUP, VISUAL_GROUP)
         detailed = bool((model.geom_group == VISUAL_GROUP).any())
         self._human_view = _view_option(VISUAL_GROUP, HULL_GROUP) if detailed else self._policy_view
 
-    def _renderer(self, height: int, width: int) -> mujoco.Renderer:
+    def _renderer(self, height: int, width: int) -> RGBDRenderer:
         if (height, width) not in self._renderers:
             renderer = _make_renderer(self.model, height, width)
             renderer.scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = False
@@ -96,14 +97,11 @@ class CameraRig:
         """The camera's RGB-D picture of the present state; its quaternion's sign is nearest to the picture before."""
         renderer = self._renderer(self.size, self.size)
         renderer.update_scene(data, camera, self._policy_view)
-        rgb = renderer.render().copy()
-        renderer.enable_depth_rendering()
-        depth = renderer.render().astype(np.float32) * 1000.0
-        renderer.disable_depth_rendering()
+        rgb, depth = renderer.render_rgbd()
         index = self.model.camera(camera).id
         intrinsics = pinhole_intrinsics(float(self.model.cam_fovy[index]), self.size, self.size)
         pose = camera_to_base(data, index, DOWN if before is None else before.pose[3:])
-        return RGBD(rgb, depth, intrinsics.astype(np.float32), pose.astype(np.float32))
+        return RGBD(rgb, depth * np.float32(1000), intrinsics.astype(np.float32), pose.astype(np.float32))
 
     def render_all(self, data: mujoco.MjData, before: Mapping[str, RGBD] | None = None) -> dict[str, RGBD]:
         """Pictures of all the policy's cameras, given those before within the episode, if any."""
@@ -136,11 +134,11 @@ def _close_live() -> None:
         rig.close()
 
 
-def _make_renderer(model: mujoco.MjModel, height: int, width: int) -> mujoco.Renderer:
+def _make_renderer(model: mujoco.MjModel, height: int, width: int) -> RGBDRenderer:
     """A renderer that takes 3 MB in place of 94: no buffers larger than its picture, no room for 10,000 geoms."""
     visual = model.vis.global_
     visual.offheight, visual.offwidth = height, width
-    return mujoco.Renderer(model, height, width, max_geom=model.ngeom + _SPARE_GEOMS)
+    return RGBDRenderer(model, height, width, max_geom=model.ngeom + _SPARE_GEOMS)
 
 
 def camera_to_base(data: mujoco.MjData, camera: int, reference: np.ndarray = DOWN) -> np.ndarray:
