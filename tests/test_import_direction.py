@@ -68,7 +68,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "drive": WORDS | POLICIES | {"policies", "sim", "rollout", "serving"},
     "labelling": WORDS | {"datasets"},
     "sharing": WORDS | POLICIES | {"checks", "saved", "datasets"},
-    "experiments": WORDS | POLICIES | SHARED | EVALUATION | {"sim", "datasets"},
+    "experiments": WORDS | POLICIES | SHARED | EVALUATION | {"checks", "sim", "datasets"},
     "cli": WORDS
     | POLICIES
     | SHARED

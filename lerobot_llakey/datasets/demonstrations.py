@@ -22,6 +22,9 @@ from lerobot_llakey.sim.simulation import Simulation
 
 ROBOT_TYPE = "panda"
 _DEPTH_SCALE = ("depth_min", "depth_max", "use_log")
+_ONE_BLOCK = 32
+"""Pixels: x265's "lossless" alters a few depths of pictures that are one coding block of this size, unless told to cut
+blocks smaller. Larger pictures keep its own choice, since files of one dataset share their headers."""
 
 Frame = dict[str, Any]
 
@@ -55,13 +58,24 @@ def rgb_encoder() -> RGBEncoderConfig:
     return RGBEncoderConfig(vcodec="h264", preset="veryfast", crf=18, g=10)
 
 
-def depth_encoder() -> DepthEncoderConfig:
-    """Lossless 12-bit HEVC over the contract's depth range in linear steps of one millimetre: every depth is exact."""
+def depth_encoder(size: Sequence[int] = (schema.IMAGE_SIZE, schema.IMAGE_SIZE)) -> DepthEncoderConfig:
+    """Lossless 12-bit HEVC over the contract's depth range in linear steps of one millimetre: every depth is exact.
+
+    Args:
+        size: height and width of the pictures.
+    """
     nearest, farthest = schema.DEPTH_RANGE_METRES
     # One thread: processes are what fills the cores.
-    options = {"x265-params": "lossless=1:log-level=error:pools=none:frame-threads=1"}
+    options = "lossless=1:log-level=error:pools=none:frame-threads=1"
+    if min(size) <= _ONE_BLOCK:
+        options += ":ctu=16"
     return DepthEncoderConfig(
-        preset="ultrafast", g=10, depth_min=nearest, depth_max=farthest, use_log=False, extra_options=options
+        preset="ultrafast",
+        g=10,
+        depth_min=nearest,
+        depth_max=farthest,
+        use_log=False,
+        extra_options={"x265-params": options},
     )
 
 
@@ -96,8 +110,10 @@ class DemonstrationWriter(EpisodeWriter):
 
     def __init__(self, repo_id: str, root: Path, fps: int, features: Mapping[str, Mapping[str, Any]]) -> None:
         super().__init__(repo_id, root, fps, features, ROBOT_TYPE, use_videos=True)
-        depth = depth_encoder()
-        self._encoders = {key: depth if key in self.meta.depth_keys else rgb_encoder() for key in self._pictures}
+        self._encoders = {
+            key: depth_encoder(features[key]["shape"][:2]) if key in self.meta.depth_keys else rgb_encoder()
+            for key in self._pictures
+        }
         self._videos: dict[str, VideoFile] = {}
         self._numbers = dict.fromkeys(self._pictures, -1)
 

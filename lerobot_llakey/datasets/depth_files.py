@@ -66,7 +66,7 @@ class DepthFiles:
                 for episode, folder in enumerate(folders):
                     chunk, file = divmod(episode, meta.chunks_size)
                     path = root / DEFAULT_VIDEO_PATH.format(video_key=key, chunk_index=chunk, file_index=file)
-                    pictures = list(_encode(_pictures(folder, self.sizes[camera]), path, meta.fps))
+                    pictures = list(_encode(_pictures(folder, self.sizes[camera]), path, meta.fps, self.sizes[camera]))
                     ends = {"from_timestamp": 0.0, "to_timestamp": len(pictures) / meta.fps}
                     places.append({"chunk_index": chunk, "file_index": file, **ends})
                     found = get_feature_stats(np.stack(pictures)[:, None], axis=(0, 2, 3), keepdims=True)
@@ -74,7 +74,7 @@ class DepthFiles:
                     stats.append({**squeezed, "count": found["count"]})
                     bar.update()
                 first = root / DEFAULT_VIDEO_PATH.format(video_key=key, chunk_index=0, file_index=0)
-                info = {**get_video_info(first, video_encoder=depth_encoder()), "depth_unit": "mm"}
+                info = {**get_video_info(first, video_encoder=depth_encoder(self.sizes[camera])), "depth_unit": "mm"}
                 shape, axes = (*self.sizes[camera], 1), ["height", "width", "channels"]
                 feature = {"dtype": "video", "shape": shape, "names": axes, "info": info}
                 written[key] = AddedVideo(feature, places, stats)
@@ -156,9 +156,9 @@ def _pictures(folder: Path, size: schema.Size) -> Iterator[np.ndarray]:
             yield np.asarray(picture).astype(np.uint16).reshape(size)
 
 
-def _encode(pictures: Iterator[np.ndarray], path: Path, fps: int) -> Iterator[np.ndarray]:
+def _encode(pictures: Iterator[np.ndarray], path: Path, fps: int, size: tuple[int, int]) -> Iterator[np.ndarray]:
     """Write pictures as a video as LeRobot does, and give what statistics look at, a part of each."""
-    encoder = depth_encoder()
+    encoder = depth_encoder(size)
     scale = {"shift": encoder.shift, "use_log": encoder.use_log, "pix_fmt": encoder.pix_fmt}
     path.parent.mkdir(parents=True, exist_ok=True)
     with av.open(str(path), "w") as output:

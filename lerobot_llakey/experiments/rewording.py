@@ -11,6 +11,7 @@ import pyarrow.parquet as pq
 from lerobot.datasets.utils import EPISODES_DIR
 
 from lerobot_llakey import schema
+from lerobot_llakey.checks.checksums import write_checksums
 from lerobot_llakey.errors import LlakeyError
 from lerobot_llakey.experiments.wordings import trained_wording
 from lerobot_llakey.files import replacing
@@ -43,6 +44,7 @@ def reworded_copy(source: Path, target: Path, training: str) -> dict[str, str]:
         episodes = pd.read_parquet(path)
         episodes["tasks"] = [[worded[str(text)] for text in texts] for texts in episodes["tasks"]]
         _replace(path, episodes)
+    write_checksums(unfinished)
     shutil.rmtree(target, ignore_errors=True)
     unfinished.replace(target)
     return worded

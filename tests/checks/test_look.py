@@ -19,7 +19,7 @@ def test_what_pictures_tell_is_logged(
     monkeypatch.setattr(look, "check_pictures", lambda sample, _: [finding] if len(sample.hands) else [])
     with caplog.at_level(logging.WARNING):
         look.warn_of_pictures(dataset.meta, schema.CAMERAS, None, "mine")
-    assert caplog.messages == [finding.sentence("mine")]
+    assert caplog.messages.count(finding.sentence("mine")) == 1  # other libraries may log, too
 
 
 def test_metadata_alone_tells_nothing(sound: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -181,7 +181,7 @@ FAULTS: dict[str, tuple[str, str, Plant]] = {
     "extrinsics swapped between cameras": (DEPTH, "gripper where", rows(swap_cameras)),
     "depth in centimetres": (DEPTH, "gripper where", _pictures(DEPTH, lambda depth: depth / 10)),
     "depth mirrored": (DEPTH, "gripper where", _pictures(DEPTH, lambda depth: depth[:, ::-1])),
-    "depth in decimetres": (DEPTH, "gripper where", _pictures(DEPTH, lambda depth: depth / 100)),
+    "depth in decimetres": (DEPTH, "depth in millimetres", _pictures(DEPTH, lambda depth: depth / 100)),
     "depth of one value": (DEPTH, "depths that show something", _pictures(DEPTH, lambda depth: depth * 0 + 700)),
     "depth that is not noted": (DEPTH, "noted as such", info(lambda f: f[DEPTH].update(info=None))),
     "black pictures": (RGB, "pictures that show something", _pictures(RGB, lambda rgb: rgb * 0)),

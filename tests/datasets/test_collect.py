@@ -105,7 +105,7 @@ def test_a_finished_collection_is_left_alone(collected: Targets, settings: Colle
 
 @pytest.fixture
 def small_parts(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "_part_size", lambda episodes, workers: 1)
+    monkeypatch.setattr(module, "part_size", lambda episodes, workers: 1)
 
 
 def test_a_stopped_run_goes_on_without_losing_or_doubling(

@@ -9,6 +9,7 @@ from lerobot.datasets.lerobot_dataset import LeRobotDataset
 
 from fakes import fake_keysteps
 from lerobot_llakey import schema
+from lerobot_llakey.checks.checksums import write_checksums
 from lerobot_llakey.datasets.rewrite import rewrite
 from lerobot_llakey.experiments.rewording import reworded_copy
 from lerobot_llakey.sim.tasks.put_bulb import LOOSE, SCREWED
@@ -37,6 +38,7 @@ def bulbs(tmp_path: Path) -> Path:
             [f"put the {texts[0].split()[3]} light bulb in the purple box"] for texts in episodes["tasks"]
         ]
         episodes.to_parquet(file)
+    write_checksums(root)
     return root
 
 

@@ -37,7 +37,7 @@ def test_only_episodes_without_a_record_are_run(tmp_path: Path, monkeypatch: pyt
 
 
 def test_a_killed_process_is_told_and_what_was_done_is_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def dies(*_: object) -> Iterator[Record]:
+    def dies(*_: object, **__: object) -> Iterator[Record]:
         yield next(iter(RECORDS.values()))
         raise BrokenProcessPool
 
