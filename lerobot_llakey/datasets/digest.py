@@ -17,7 +17,7 @@ from lerobot_llakey.files import reading
 
 
 def digest(root: Path) -> str:
-    """A SHA-256 over a dataset's rows, pictures, coded videos, tasks and number of episodes, all in order.
+    """A SHA-256 over a dataset's rows, pictures, videos' frames, tasks and number of episodes, all in order.
 
     Two datasets that differ only in how rows and videos are distributed over files have the same.
 
@@ -39,8 +39,8 @@ def digest(root: Path) -> str:
         columns[key] = hashlib.sha256()
         for path in sorted((root / "videos" / key).rglob("*.mp4")):
             with reading(path, "video"):
-                for packet in _packets(path):
-                    columns[key].update(packet)
+                for frame in _frames(path):
+                    columns[key].update(frame)
     tasks = [str(task) for task in meta.tasks.sort_values("task_index").index]
     whole = [meta.total_episodes, tasks, sorted((name, found.hexdigest()) for name, found in columns.items())]
     return hashlib.sha256(json.dumps(whole).encode()).hexdigest()
@@ -66,8 +66,8 @@ def _add(columns: dict[str, Any], name: str, values: pa.Array) -> None:
                 found.update(len(content).to_bytes(8, "big") + content)
 
 
-def _packets(path: Path) -> Iterator[bytes]:
-    """The coded frames of a video, which joining videos leaves as they are."""
+def _frames(path: Path) -> Iterator[bytes]:
+    """The decoded frames of a video: joining videos may add headers to the coded ones."""
     with av.open(str(path)) as container:
-        for packet in container.demux(video=0):
-            yield bytes(packet)
+        for frame in container.decode(video=0):
+            yield frame.to_ndarray().tobytes()
