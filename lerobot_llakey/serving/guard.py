@@ -45,10 +45,10 @@ class Guard:
         if scope["type"] != "http":
             return None  # no websockets
         status, wrong = self._wrong(scope)
-        body = b"" if wrong else await self._body(receive)
-        if body is None:
+        body = await self._body(receive)  # of a refused request, too: closing on unread bytes resets the connection
+        if body is None and not wrong:
             status, wrong = 413, f"Expected at most {self._most_bytes} bytes, got more; say it in fewer words."
-        if wrong:
+        if wrong or body is None:
             return await _refuse(send, status, wrong)
         parts: list[Message] = [{"type": "http.request", "body": body, "more_body": False}]
 

@@ -92,7 +92,7 @@ def _correct(tab: Any, expect: Any, texts: Path) -> list[tuple[int, str]]:
     segments, saved = tab.locator(".segment"), tab.locator("#saved")
     expect(segments.first).to_be_visible()
     count = segments.count()
-    tab.wait_for_function("document.querySelector('canvas').width === 80")  # a picture is shown
+    expect(tab.locator("canvas").first).to_have_js_property("width", 80)  # a picture is shown
     handle = tab.locator(".key").first
     expect(handle.locator("title")).to_have_text(re.compile("drag to move"))
     frame = int(re.findall(r", frame (\d+)", handle.locator("title").text_content())[0])

@@ -146,7 +146,7 @@ def test_instructions_outside_the_grammar_are_refused_before_anything_is_written
 def test_a_run_that_was_killed_leaves_nothing_that_looks_done_and_the_next_one_goes_through(
     point: str, source: LeRobotDataset, found: list[FoundKeyframes], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def killed(*_: object) -> None:
+    def killed(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:

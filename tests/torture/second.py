@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import subprocess
 import time
 from pathlib import Path
@@ -20,5 +21,7 @@ def second_collector(folder: Path, options: tuple[str, ...]) -> tuple[int, str, 
     first = subprocess.Popen(command(*targets, *options), **quiet)  # type: ignore[call-overload]
     while first.poll() is None and not list(Path(f"{targets[0]}.parts").glob("unfinished-*")):
         time.sleep(0.05)
+    first.send_signal(signal.SIGSTOP)  # at work for as long as the second one takes to start
     second = subprocess.run(command(*targets, *options), capture_output=True, text=True)
+    first.send_signal(signal.SIGCONT)
     return second.returncode, second.stderr.strip().rpartition("\n")[2], first.wait()
